@@ -1,0 +1,1 @@
+//! Measuring: error of an image against another.

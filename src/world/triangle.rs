@@ -1,0 +1,213 @@
+//! Triangles over shared vertex columns, and the meshes they come in.
+
+use glam::{DVec3, Vec3};
+
+use super::{Bounds, MaterialId, MeshId, ObjectId, PrimRef, World};
+use crate::error::{Error, Place, Problem};
+use crate::numeric::triangle::is_degenerate;
+
+/// Triangles of all meshes, mesh after mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Triangles {
+    /// Positions of all vertices in world space; finite.
+    pub positions: Vec<Vec3>,
+    /// Unit normals of the vertices of smooth meshes; [`Meshes::first_normal`] says where a mesh's begin.
+    pub normals: Vec<Vec3>,
+    /// Rows of `positions`, counter-clockwise seen from the side the normal points to.
+    pub vertices: Vec<[u32; 3]>,
+}
+
+/// One row per mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Meshes {
+    /// First triangle; the mesh ends where the next begins.
+    pub first_triangle: Vec<u32>,
+    /// First vertex.
+    pub first_vertex: Vec<u32>,
+    /// Row of [`Triangles::normals`] that belongs to the first vertex; `None` for flat shading.
+    pub first_normal: Vec<Option<u32>>,
+    /// Material of the whole mesh.
+    pub materials: Vec<MaterialId>,
+    /// Object of the whole mesh.
+    pub objects: Vec<ObjectId>,
+}
+
+/// A mesh to be added to a world.
+#[derive(Clone, Debug, Default)]
+pub struct MeshInput {
+    /// Vertex positions in world space.
+    pub positions: Vec<Vec3>,
+    /// Rows of `positions`.
+    pub triangles: Vec<[u32; 3]>,
+    /// One unit normal per vertex for smooth shading.
+    pub normals: Option<Vec<Vec3>>,
+    /// Material.
+    pub material: MaterialId,
+    /// Object of the scene file.
+    pub object: ObjectId,
+}
+
+/// Faces that were left out of a mesh because no ray can hit them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Faces with a NaN or infinite vertex.
+    pub non_finite: usize,
+    /// Faces whose corners lie on one line or point.
+    pub zero_area: usize,
+}
+
+impl Triangles {
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.vertices.is_empty()
+    }
+
+    /// The corners of a triangle.
+    #[inline]
+    pub fn corners(&self, row: usize) -> [Vec3; 3] {
+        self.vertices[row].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// The box around a triangle; exact, since corners are f32.
+    pub fn bounds(&self, row: usize) -> Bounds {
+        let [a, b, c] = self.corners(row);
+        Bounds { lo: a.min(b).min(c), hi: a.max(b).max(c) }
+    }
+
+    /// The unit normal of the plane, by the winding.
+    pub fn ng(&self, row: usize) -> DVec3 {
+        crate::numeric::triangle::unit_normal(self.corners(row))
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        (self.positions.len() + self.normals.len()) * size_of::<Vec3>() + self.len() * size_of::<[u32; 3]>()
+    }
+}
+
+impl Meshes {
+    /// Number of meshes.
+    pub fn len(&self) -> usize {
+        self.first_triangle.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.first_triangle.is_empty()
+    }
+
+    /// The mesh that a triangle belongs to: the last that begins at or before it, so that empty meshes own nothing.
+    pub fn of_triangle(&self, row: usize) -> MeshId {
+        MeshId(self.first_triangle.partition_point(|&first| first as usize <= row) as u32 - 1)
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        self.len() * (2 * size_of::<u32>() + size_of::<Option<u32>>() + size_of::<MaterialId>() + size_of::<ObjectId>())
+    }
+}
+
+impl World {
+    /// Adds a mesh. Faces with non-finite vertices and faces without area are dropped and counted: no ray can hit them.
+    ///
+    /// # Errors
+    /// When an index names no vertex, the number of normals is not that of vertices, or the tables would outgrow
+    /// their 30-bit row numbers. The world is unchanged then.
+    pub fn add_mesh(&mut self, mesh: MeshInput) -> Result<(MeshId, Dropped), Error> {
+        check_mesh(&mesh, self)?;
+        let MeshInput { mut positions, triangles: mut faces, normals, material, object } = mesh;
+
+        // Drop what cannot be hit; a non-finite position that no face uses any more must not reach the tables either.
+        let mut dropped = Dropped::default();
+        faces.retain(|face| {
+            let corners = face.map(|vertex| positions[vertex as usize]);
+            let finite = corners.iter().all(|corner| corner.is_finite());
+            let flat = finite && is_degenerate(corners);
+            dropped.non_finite += usize::from(!finite);
+            dropped.zero_area += usize::from(flat);
+            finite && !flat
+        });
+        for position in positions.iter_mut().filter(|position| !position.is_finite()) {
+            *position = Vec3::ZERO;
+        }
+
+        // Append the columns; the first mesh is moved, not copied.
+        let tables = &mut self.triangles;
+        let id = MeshId(self.meshes.len() as u32);
+        let first_vertex = tables.positions.len() as u32;
+        self.meshes.first_triangle.push(tables.vertices.len() as u32);
+        self.meshes.first_vertex.push(first_vertex);
+        self.meshes.first_normal.push(normals.as_ref().map(|_| tables.normals.len() as u32));
+        self.meshes.materials.push(material);
+        self.meshes.objects.push(object);
+        if first_vertex > 0 {
+            faces.iter_mut().flatten().for_each(|vertex| *vertex += first_vertex);
+        }
+        append(&mut tables.positions, positions);
+        append(&mut tables.vertices, faces);
+        append(&mut tables.normals, normals.unwrap_or_default());
+        Ok((id, dropped))
+    }
+
+    /// A world of one mesh with a default material, for those who only want to ask what a ray hits.
+    ///
+    /// # Errors
+    /// As [`World::add_mesh`].
+    pub fn from_triangles(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<World, Error> {
+        let mut world = World::default();
+        let material = world.materials.add(&super::Material::default());
+        world.add_mesh(MeshInput { positions, triangles, material, ..MeshInput::default() })?;
+        Ok(world)
+    }
+}
+
+fn append<T>(column: &mut Vec<T>, mut rows: Vec<T>) {
+    if column.is_empty() {
+        *column = rows;
+    } else {
+        column.append(&mut rows);
+    }
+}
+
+fn check_mesh(mesh: &MeshInput, world: &World) -> Result<(), Error> {
+    let n_vertices = mesh.positions.len();
+    if let Some((face, &vertex)) = mesh
+        .triangles
+        .iter()
+        .enumerate()
+        .find_map(|(face, corners)| corners.iter().find(|&&v| v as usize >= n_vertices).map(|v| (face, v)))
+    {
+        return Err(Problem::new(Place::default(), format!("face {face} names a vertex that does not exist"))
+            .found(vertex)
+            .expected(format!("0 to {}", n_vertices as i64 - 1))
+            .into());
+    }
+    if let Some(normals) = mesh.normals.as_ref().filter(|normals| normals.len() != n_vertices) {
+        return Err(Problem::new(Place::default(), "a smooth mesh needs one normal per vertex")
+            .found(normals.len())
+            .expected(n_vertices)
+            .into());
+    }
+    let tables = &world.triangles;
+    let rows = (tables.len() + mesh.triangles.len()).max(tables.positions.len() + n_vertices);
+    if rows > PrimRef::MAX_ROWS {
+        return Err(Problem::new(Place::default(), "too many triangles or vertices")
+            .found(rows)
+            .expected(format!("at most {}", PrimRef::MAX_ROWS))
+            .into());
+    }
+    Ok(())
+}
+
+impl Triangles {
+    /// The hit of a row within the ray's interval.
+    pub fn intersect(&self, row: usize, ray: &super::Ray) -> Option<super::Hit> {
+        let _ = (row, ray);
+        None
+    }
+}
