@@ -11,10 +11,6 @@ pub struct Bounded {
     pub error: f64,
 }
 
-/// Bounds are derived to first order; this covers the products of errors and the rounding of the bound itself, as
-/// long as relative errors are below 2⁻¹⁰, which the tests for acceptance imply.
-pub const SECOND_ORDER: f64 = 1.01;
-
 impl Bounded {
     /// A value of which nothing is known.
     pub const UNKNOWN: Bounded = Bounded { value: Double::ZERO, error: f64::INFINITY };
