@@ -1,1 +1,3 @@
 //! Measuring: error of an image against another.
+
+pub mod difference;
