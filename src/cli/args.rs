@@ -59,12 +59,15 @@ Examples:
   flatray diff a.png b.png --max-differing 0.1 --out difference.png
   flatray diff a.png b.exr --linear --json
 
-Keys, in text and JSON:
-  differing  percent of pixels with any differing channel
+Colour is compared scene-linear, alpha is not compared. Keys, in text and JSON:
+  differing  pixels with any differing channel; JSON has differing_percent beside it
   max        largest absolute difference of any channel
   mae, rmse  mean absolute and root mean square difference over all channels
-  psnr       10 log10(1 / rmse^2) in decibels; null when the images are equal
-  p999       99.9th percentile of the pixels' largest channel difference
+  psnr       20 log10(1 / rmse) in decibels; null when the images are equal
+  p999       99.9 % of the pixels differ by no more than this
+JSON also has width, height, infinite (pixels that differ by infinity or NaN) and, between two
+8-bit files, levels {differing, more_than_8, max} of the stored bytes.
+A figure that JSON has no number for is null.
 
 Exit codes: 0 within every limit given, 1 over a limit or unreadable, 2 wrong usage.";
 
@@ -103,7 +106,7 @@ pub struct RenderArgs {
     /// A scene (.toml) or a mesh (.ply .obj .stl, plain or .gz); the built-in scene unless given
     pub input: Option<PathBuf>,
 
-    /// Write an image, .exr or .png by its extension; repeat for several [default: STEM.exr and STEM.png]
+    /// Write an image, .exr, .png or .pfm by its extension; repeat for several [default: STEM.exr and STEM.png]
     #[arg(short, long = "output", value_name = "FILE", help_heading = "Output")]
     pub outputs: Vec<PathBuf>,
     /// Write times, rays and memory as JSON
@@ -187,7 +190,7 @@ pub struct DiffArgs {
     /// Take PNG values as linear, whatever the file says; else its chunks say, and sRGB without them
     #[arg(long)]
     pub linear: bool,
-    /// Write a picture of the absolute differences
+    /// Write a picture of the differences, white where they are largest
     #[arg(long, value_name = "D.png")]
     pub out: Option<PathBuf>,
     /// Fail when more percent of the pixels differ

@@ -3,15 +3,15 @@
 
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Origin, Padding, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Padding, Renderer, Snippet};
 
 use super::terminal;
 use crate::error::{Error, Problem};
 
-/// Source lines longer than this many characters are shown in part.
-const MAX_LINE_CHARS: usize = 200;
-/// Characters kept before the mark of a line that is shown in part.
-const LEAD_CHARS: usize = 60;
+/// The widest message; of a longer source line the renderer shows the part around the mark.
+const WIDTH_CHARS: usize = 120;
+/// A line longer than this is no text anybody wrote: the problem is told without it.
+const MAX_LINE_BYTES: usize = 64 << 10;
 /// Problems shown of one error; a file that is wrong throughout must not flood the terminal.
 const MAX_SHOWN: usize = 20;
 
@@ -30,7 +30,7 @@ pub fn warnings(problems: &[Problem], coloured: bool) -> String {
 }
 
 fn list(problems: &[Problem], level: Level<'static>, coloured: bool) -> String {
-    let renderer = if coloured { Renderer::styled() } else { Renderer::plain() };
+    let renderer = if coloured { Renderer::styled() } else { Renderer::plain() }.term_width(WIDTH_CHARS);
     let mut text = String::new();
     for problem in problems.iter().take(MAX_SHOWN) {
         text.push_str(&one(problem, level.clone(), &renderer));
@@ -51,35 +51,34 @@ fn one(problem: &Problem, level: Level<'static>, renderer: &Renderer) -> String 
         None => problem.what.clone(),
     };
     let path = problem.place.file.as_deref().map_or_else(|| "built-in scene".to_owned(), terminal::shown);
-    let origin = Origin::path(path).line(excerpt.line).char_column(excerpt.column);
-    let snippet = Snippet::source(excerpt.text)
-        .line_start(excerpt.line)
+    let snippet = Snippet::source(excerpt.line)
+        .path(path)
+        .line_start(excerpt.line_number)
         .fold(false)
         .annotation(AnnotationKind::Primary.span(excerpt.mark));
     let notes = [("found", &problem.found), ("expected", &problem.expected), ("help", &problem.help)]
         .into_iter()
         .filter_map(|(name, text)| text.as_ref().map(|text| (name, text.as_str())))
         .map(|(name, text)| Level::NOTE.with_name(name).message(annotate_snippets::normalize_untrusted_str(text)));
-    let mut group = level.primary_title(title).element(origin).element(snippet);
+    let mut group = level.primary_title(title).element(snippet);
     if [&problem.found, &problem.expected, &problem.help].iter().any(|note| note.is_some()) {
         group = group.element(Padding).elements(notes);
     }
     renderer.render(&[group])
 }
 
-/// The line that a problem is about, shortened around its mark.
+/// The line that a problem is about.
 #[derive(Debug, PartialEq, Eq)]
-struct Excerpt {
-    line: usize,
-    column: usize,
-    text: String,
-    /// Bytes of `text`.
+struct Excerpt<'a> {
+    line_number: usize,
+    line: &'a str,
+    /// Bytes of `line`.
     mark: Range<usize>,
 }
 
-impl Excerpt {
-    /// `None` when the problem has no text.
-    fn of(problem: &Problem) -> Option<Excerpt> {
+impl Excerpt<'_> {
+    /// `None` when the problem has no text, or none that can be shown.
+    fn of(problem: &Problem) -> Option<Excerpt<'_>> {
         let place = &problem.place;
         let (text, range) = (place.text.as_deref()?, place.byte_range.clone()?);
         let start = floor_char_boundary(text, range.start);
@@ -90,25 +89,9 @@ impl Excerpt {
         // A span over several lines is marked to the end of its first.
         let mark_start = (start - line_start).min(line.len());
         let mark_end = floor_char_boundary(line, range.end.saturating_sub(line_start)).max(mark_start);
-        let (text, mark) = shortened(line, mark_start..mark_end);
-        let line = place.line.map_or(1, |line| line as usize);
-        let column = place.column.map_or(1, |column| column as usize);
-        Some(Excerpt { line, column, text, mark })
+        let line_number = place.line.map_or(1, |line| line as usize);
+        (line.len() <= MAX_LINE_BYTES).then_some(Excerpt { line_number, line, mark: mark_start..mark_end })
     }
-}
-
-/// The part of a long line that surrounds the mark, with dots where something was left out.
-fn shortened(line: &str, mark: Range<usize>) -> (String, Range<usize>) {
-    let is_short = line.len() <= MAX_LINE_CHARS || line.chars().nth(MAX_LINE_CHARS).is_none();
-    if is_short {
-        return (line.to_owned(), mark);
-    }
-    let from = line[..mark.start].char_indices().rev().nth(LEAD_CHARS - 1).map_or(0, |(at, _)| at);
-    let to = line[from..].char_indices().nth(MAX_LINE_CHARS).map_or(line.len(), |(at, _)| from + at);
-    let before = if from > 0 { "..." } else { "" };
-    let after = if to < line.len() { "..." } else { "" };
-    let moved = |at: usize| at.min(to) - from + before.len();
-    (format!("{before}{}{after}", &line[from..to]), moved(mark.start)..moved(mark.end))
 }
 
 /// The last boundary between characters at or before `index`.
@@ -170,15 +153,15 @@ mod tests {
 
     #[test]
     fn a_long_line_is_shortened_around_its_mark() {
-        let line = format!("{}é-1{}", "x".repeat(5000), "y".repeat(5000));
+        let line = format!("{}é = -1 {}", "x".repeat(5000), "y".repeat(5000));
         let at = line.find("-1").unwrap();
-        let excerpt = Excerpt::of(&problem_at(&line, at..at + 2)).unwrap();
-        assert_eq!(&excerpt.text[excerpt.mark.clone()], "-1");
-        assert!(excerpt.text.chars().count() <= MAX_LINE_CHARS + 6);
-        assert!(excerpt.text.starts_with("...x") && excerpt.text.ends_with("y..."));
-        assert_eq!(excerpt.column, 5002);
         let shown = errors(&Error::from(problem_at(&line, at..at + 2)), "", false);
-        assert!(shown.contains("scene.toml:1:5002") && shown.contains("^^"), "{shown}");
+        assert!(shown.contains("scene.toml:1:5005") && shown.contains("^^") && shown.contains("-1"), "{shown}");
+        assert!(shown.lines().all(|line| line.chars().count() <= 200), "{shown}");
+
+        let endless = "x".repeat(MAX_LINE_BYTES + 1);
+        let shown = errors(&Error::from(problem_at(&endless, 7..8)), "", false);
+        assert!(shown.contains("scene.toml:1:8: hittable[0].radius: too small: found -0.6") && shown.len() < 300);
     }
 
     #[test]

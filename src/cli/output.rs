@@ -7,36 +7,16 @@ use clap::error::ErrorKind;
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::{files, terminal};
+use crate::film::output::Format;
 
 /// The stem of the files of the built-in scene.
 const BUILT_IN_STEM: &str = "flatray";
-
-/// Image formats that can be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ImageKind {
-    /// OpenEXR: scene-linear float.
-    Exr,
-    /// PNG: display values.
-    Png,
-}
-
-impl ImageKind {
-    /// The format of a path by its extension, in any case.
-    pub fn of(path: &Path) -> Option<ImageKind> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "exr" => Some(ImageKind::Exr),
-            "png" => Some(ImageKind::Png),
-            _ => None,
-        }
-    }
-}
 
 /// An image to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
     /// Its format.
-    pub kind: ImageKind,
+    pub format: Format,
     /// Where it goes, as the user named it.
     pub path: PathBuf,
 }
@@ -71,12 +51,9 @@ fn usage(message: String) -> Failure {
 }
 
 fn output_of(path: PathBuf) -> Result<Output, Failure> {
-    match ImageKind::of(&path) {
-        Some(kind) => Ok(Output { kind, path }),
-        None => Err(usage(format!(
-            "unknown kind of output '{}': expected a name that ends in .exr or .png",
-            terminal::shown(&path)
-        ))),
+    match Format::of_path(&path) {
+        Ok(format) => Ok(Output { format, path }),
+        Err(error) => Err(usage(error.to_string())),
     }
 }
 
@@ -120,14 +97,6 @@ mod tests {
             let expected = [format!("{stem}.exr"), format!("{stem}.png")].map(PathBuf::from);
             assert_eq!(default_paths(input.map(Path::new)), expected, "{input:?}");
         }
-    }
-
-    #[test]
-    fn kinds_are_told_by_extension_in_any_case() {
-        assert_eq!(ImageKind::of(Path::new("a.EXR")), Some(ImageKind::Exr));
-        assert_eq!(ImageKind::of(Path::new("a.exr.png")), Some(ImageKind::Png));
-        assert_eq!(ImageKind::of(Path::new("png")), None);
-        assert_eq!(ImageKind::of(Path::new("a.jpg")), None);
     }
 
     #[test]

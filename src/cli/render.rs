@@ -1,12 +1,14 @@
 //! `flatray render`: load, build, trace, write; what is shown meanwhile and at the end.
 
+use std::io;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use super::args::RenderArgs;
 use super::failure::Failure;
-use super::files::{self, PngLook};
+use super::files::{self, Writing};
 use super::interrupt::Interrupt;
 use super::memory::{self, Need};
 use super::output::{self, Output};
@@ -16,6 +18,7 @@ use super::stats::{MemoryBytes, Seconds, Stats};
 use super::{diagnostic, terminal};
 use crate::accel::Accel;
 use crate::error::{Error, Place};
+use crate::film::{Display, Film};
 use crate::render::{self, Control, Rendered};
 use crate::scene::Compiled;
 
@@ -51,11 +54,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drop(pool);
     interrupt.check()?;
     let rendered = timed(&mut seconds.trace, || trace(&scene, &accel, &plan, args.quiet, &interrupt))?;
-    timed(&mut seconds.write, || write(&rendered, &plan, &outputs, &interrupt))?;
-    seconds.total = started.elapsed().as_secs_f64();
 
-    let stats = Stats {
-        seconds,
+    let write_started = Instant::now();
+    let stats = || Stats {
+        seconds: Seconds {
+            write: write_started.elapsed().as_secs_f64(),
+            total: started.elapsed().as_secs_f64(),
+            ..seconds
+        },
         rays: rendered.rays.into(),
         memory_bytes: MemoryBytes {
             tables: memory::table_bytes(&scene.world),
@@ -67,13 +73,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         samples: plan.settings.samples,
         threads: plan.settings.threads,
     };
-    if let Some(path) = &args.stats {
-        files::write_text(&stats.to_json(), path)?;
-    }
+    let files = writings(&rendered.film, &plan, &outputs, args.stats.as_deref(), &stats, &interrupt);
+    files::write_together(&files).map_err(|error| match interrupt.check() {
+        Ok(()) => Failure::Error(error),
+        Err(interrupted) => interrupted,
+    })?;
     if !args.quiet {
-        let images = outputs.iter().map(|output| output.path.as_path());
-        let written: Vec<_> = images.chain(args.stats.as_deref()).collect();
-        terminal::print(&stats.summary(&written))?;
+        let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
+        terminal::print(&stats().summary(&written))?;
     }
     Ok(())
 }
@@ -127,12 +134,26 @@ fn trace(
     }
 }
 
-/// Writes all images beside their places, then renames them.
-fn write(rendered: &Rendered, plan: &Plan, outputs: &[Output], interrupt: &Interrupt) -> Result<(), Failure> {
-    let look = PngLook { exposure_ev: plan.exposure_ev, course: plan.settings.course };
-    for Output { kind, path } in outputs {
-        interrupt.check()?;
-        files::write_image(&rendered.film, *kind, &look, path)?;
+/// The files to write: the images, and last the stats, which tell how long the images took. Each asks first whether an
+/// interrupt has come.
+fn writings<'a>(
+    film: &'a Film,
+    plan: &Plan,
+    outputs: &'a [Output],
+    stats_path: Option<&'a Path>,
+    stats: &'a dyn Fn() -> Stats,
+    interrupt: &'a Interrupt,
+) -> Vec<Writing<'a>> {
+    let display =
+        if plan.settings.course { Display::Course } else { Display::ToneMapped { exposure_stops: plan.exposure_ev } };
+    let go_on = || if interrupt.is_requested() { Err(io::Error::other("interrupted")) } else { Ok(()) };
+    let mut files: Vec<Writing<'a>> = Vec::new();
+    for Output { format, path } in outputs {
+        files
+            .push((path, Box::new(move |out| go_on().and_then(|()| files::write_image(film, *format, &display, out)))));
     }
-    Ok(())
+    if let Some(path) = stats_path {
+        files.push((path, Box::new(move |out| go_on().and_then(|()| out.write_all(stats().to_json().as_bytes())))));
+    }
+    files
 }
