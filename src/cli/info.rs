@@ -143,7 +143,7 @@ fn to_json(info: &Info) -> String {
 fn gather(input: String, scene: &Compiled, load_seconds: f64, accel: AccelStats, build_seconds: f64) -> Info {
     let world = &scene.world;
     let camera = &scene.camera;
-    let AccelStats { n_nodes, n_leaves, depth, sah_cost, memory_bytes } = accel;
+    let AccelStats { n_nodes, n_leaves, depth, sah_cost, n_unbounded, memory_bytes } = accel;
     let lights = world.lights.positions.iter().zip(&world.lights.intensities);
     let mut tables: serde_json::Map<String, serde_json::Value> =
         world.memory_bytes().iter().map(|&(table, bytes)| (table.to_owned(), bytes.into())).collect();
@@ -153,7 +153,7 @@ fn gather(input: String, scene: &Compiled, load_seconds: f64, accel: AccelStats,
         primitives: Primitives {
             spheres: world.spheres.len(),
             quadrics: world.quadrics.len(),
-            unbounded_quadrics: world.quadrics.bounds.iter().filter(|bounds| bounds.is_none()).count(),
+            unbounded_quadrics: n_unbounded,
             triangles: world.triangles.len(),
             meshes: world.meshes.len(),
             vertices: world.triangles.positions.len(),
@@ -239,7 +239,7 @@ mod tests {
     }
 
     fn info() -> Info {
-        let stats = AccelStats { n_nodes: 1, n_leaves: 1, depth: 1, sah_cost: f64::NAN, memory_bytes: 64 };
+        let stats = AccelStats { n_nodes: 1, n_leaves: 1, depth: 1, sah_cost: f64::NAN, n_unbounded: 0, memory_bytes: 64 };
         gather("a.toml".into(), &scene(), 0.1, stats, 0.2)
     }
 
