@@ -1,13 +1,32 @@
 //! The front end: from files to a [`World`]. Everything that can be wrong with input is found here.
 
+pub mod compile;
+pub mod desc;
+pub mod frame;
+pub mod keys;
 pub mod mesh;
+pub mod normals;
 
+mod geometry;
+mod nearest;
+mod report;
+mod toml;
+mod validate;
+
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
 
-use crate::error::{Error, Problem};
+pub use compile::load_text;
+
+use crate::error::{Error, Place, Problem};
 use crate::world::{Camera, World};
+
+/// Longest scene text that is read, in bytes. Scenes of this size are generated ones, and a mesh file holds the same
+/// triangles in a tenth of it.
+const MAX_TEXT_BYTES: u64 = 256 << 20;
 
 /// A compiled scene: the tables, and beside them what the tables do not hold.
 #[derive(Clone, Debug)]
@@ -95,6 +114,49 @@ impl UpAxis {
 /// # Errors
 /// Everything that is wrong with the file, as many mistakes at once as can be told apart.
 pub fn load(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> {
-    let _ = (path, overrides);
-    unimplemented!()
+    match input_kind(path) {
+        Some(InputKind::Scene) => {
+            let base_dir = path.parent().unwrap_or(Path::new(""));
+            load_text(&read_text(path)?, &path.to_string_lossy(), Some(base_dir), overrides)
+        }
+        Some(InputKind::Mesh) => frame::load_mesh(path, overrides),
+        None => Err(Problem::new(Place::file(path), "not a kind of file that can be rendered")
+            .expected("a scene .toml, or a mesh .ply, .obj or .stl, plain or with .gz")
+            .into()),
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum InputKind {
+    Scene,
+    Mesh,
+}
+
+/// What a file is by its extension, in upper or lower case.
+fn input_kind(path: &Path) -> Option<InputKind> {
+    let name = path.file_name()?.to_string_lossy().to_lowercase();
+    let plain = name.strip_suffix(".gz").unwrap_or(&name);
+    if [".ply", ".obj", ".stl"].iter().any(|extension| plain.ends_with(extension)) {
+        return Some(InputKind::Mesh);
+    }
+    name.ends_with(".toml").then_some(InputKind::Scene)
+}
+
+/// The text of a scene file.
+fn read_text(path: &Path) -> Result<String, Error> {
+    let cannot = |source: std::io::Error| Error::io(path, "read the scene", &source);
+    let mut bytes = Vec::new();
+    // Read what is there, up to the limit, whatever length the file claims.
+    File::open(path).map_err(cannot)?.take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    if bytes.len() as u64 > MAX_TEXT_BYTES {
+        return Err(Problem::new(Place::file(path), "the scene text is too long")
+            .expected(format!("at most {MAX_TEXT_BYTES} bytes"))
+            .help("put triangles into a mesh file")
+            .into());
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let found = error.as_bytes().get(at).copied().unwrap_or_default();
+        Problem::new(Place::byte(path, at as u64), "not UTF-8 text").found(format!("byte 0x{found:02x}")).into()
+    })
 }

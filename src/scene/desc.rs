@@ -1,0 +1,219 @@
+//! What a scene file says, typed and checked value by value, each value with its place in the text.
+//!
+//! A description holds names and paths; whether they fit together, and whether a matrix is regular, is found when it
+//! is compiled. Keys that the file leaves out are `None`: defaults are given by `compile`.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::SamplerKey;
+
+/// A value and the bytes of the text that state it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spanned<T> {
+    /// The value.
+    pub value: T,
+    /// Its bytes in the text.
+    pub span: Range<usize>,
+}
+
+/// Four rows of four numbers, as the file has them.
+pub type Rows4 = [[f64; 4]; 4];
+
+/// A whole scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneDesc {
+    /// `[camera]`.
+    pub camera: CameraDesc,
+    /// `[render]`.
+    pub render: RenderDesc,
+    /// `[[material]]`, in the order of the file.
+    pub materials: Vec<NamedMaterialDesc>,
+    /// `[[hittable]]`, in the order of the file. Those that could not be read in full are missing.
+    pub hittables: Vec<HittableDesc>,
+    /// `[[light_source]]`, in the order of the file.
+    pub lights: Vec<LightDesc>,
+}
+
+/// `[camera]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CameraDesc {
+    /// Where it stands; `None` is the origin, looking along −z.
+    pub pose: Option<PoseDesc>,
+    /// `fov`: vertical, in degrees.
+    pub fov_y_degrees: Option<f64>,
+    /// `width`.
+    pub width_px: Option<u32>,
+    /// `height`.
+    pub height_px: Option<u32>,
+    /// The table.
+    pub span: Range<usize>,
+}
+
+/// Where the camera stands and looks.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PoseDesc {
+    /// `extrinsic`, as the file has it: row i of the file is column i of world→camera.
+    Extrinsic(Spanned<Rows4>),
+    /// `position`, `look_at`, `up`.
+    LookAt {
+        /// The eye.
+        position: Spanned<DVec3>,
+        /// The point in the middle of the image.
+        look_at: Spanned<DVec3>,
+        /// The direction that is up in the image; +y when absent.
+        up: Option<Spanned<DVec3>>,
+    },
+}
+
+/// `[render]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RenderDesc {
+    /// `samples`.
+    pub samples: Option<u32>,
+    /// `sampler`.
+    pub sampler: Option<SamplerKey>,
+    /// `seed`.
+    pub seed: Option<u64>,
+    /// `max_depth`.
+    pub max_depth: Option<u32>,
+    /// `exposure`, in stops.
+    pub exposure_ev: Option<f64>,
+    /// `background`, scene-linear RGB.
+    pub background: Option<DVec3>,
+    /// `two_sided`.
+    pub two_sided: Option<bool>,
+}
+
+/// The keys of a material, in a `[[material]]` or in an object.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MaterialDesc {
+    /// `ambient`.
+    pub ambient: Option<DVec3>,
+    /// `diffuse`.
+    pub diffuse: Option<DVec3>,
+    /// `specular`.
+    pub specular: Option<DVec3>,
+    /// `k_a`.
+    pub k_a: Option<f64>,
+    /// `k_d`.
+    pub k_d: Option<f64>,
+    /// `k_s`.
+    pub k_s: Option<f64>,
+    /// `sh`.
+    pub shininess: Option<f64>,
+}
+
+/// `[[material]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedMaterialDesc {
+    /// `name`.
+    pub name: Spanned<String>,
+    /// Its keys.
+    pub material: MaterialDesc,
+    /// The dotted key of the table, for messages.
+    pub key: String,
+}
+
+/// The material of an object.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MaterialRef {
+    /// `material = "name"`.
+    Named(Spanned<String>),
+    /// Keys in the object itself, or none.
+    Inline(MaterialDesc),
+}
+
+/// `[[hittable]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HittableDesc {
+    /// `name`.
+    pub name: Option<String>,
+    /// Its material.
+    pub material: MaterialRef,
+    /// What it is; `None` when that could not be read, so that the material is checked all the same.
+    pub shape: Option<ShapeDesc>,
+    /// Row in the file's list of hittables, from 0.
+    pub index: usize,
+    /// The dotted key of the table, for messages.
+    pub key: String,
+    /// The table.
+    pub span: Range<usize>,
+}
+
+/// The kinds of objects. A new primitive is a variant here.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ShapeDesc {
+    /// `type = "sphere"`.
+    Sphere(SphereDesc),
+    /// `type = "quadric"`.
+    Quadric(QuadricDesc),
+    /// `type = "triangle"`.
+    Triangle(TriangleDesc),
+    /// `type = "mesh"`.
+    Mesh(MeshDesc),
+}
+
+/// A sphere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SphereDesc {
+    /// `position`: the centre.
+    pub position: DVec3,
+    /// `radius`: positive.
+    pub radius: Spanned<f64>,
+}
+
+/// A quadric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuadricDesc {
+    /// `A`.
+    pub a: Spanned<Rows4>,
+}
+
+/// A triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TriangleDesc {
+    /// `a`, `b`, `c`.
+    pub corners: [DVec3; 3],
+    /// `n_a`, `n_b`, `n_c`, when they are to be interpolated; none is zero.
+    pub normals: Option<[DVec3; 3]>,
+}
+
+/// A mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshDesc {
+    /// Where its triangles stand.
+    pub source: MeshSource,
+    /// `phong_interpolation`.
+    pub phong_interpolation: Option<bool>,
+}
+
+/// Where the triangles of a mesh stand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeshSource {
+    /// `file_path`: in a file of their own.
+    File(Spanned<String>),
+    /// `vertices` and `faces`: in the scene itself.
+    Text {
+        /// Points.
+        positions: Vec<DVec3>,
+        /// Rows of `positions`, in range.
+        triangles: Vec<[u32; 3]>,
+    },
+}
+
+/// `[[light_source]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightDesc {
+    /// `position`.
+    pub position: DVec3,
+    /// `intensity`.
+    pub intensity: Option<f64>,
+    /// `color`.
+    pub color: Option<DVec3>,
+    /// The dotted key of the table, for messages.
+    pub key: String,
+    /// The table.
+    pub span: Range<usize>,
+}
