@@ -1,5 +1,7 @@
 //! The command line as a user meets it: exit codes, messages, and which files are there afterwards.
 
+#![allow(clippy::print_stderr)]
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
