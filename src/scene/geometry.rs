@@ -129,11 +129,12 @@ fn add_mesh(
         },
         MeshSource::Text { positions, triangles } => {
             let positions = positions.iter().map(|position| position.as_vec3()).collect();
-            let file = MeshFile { positions, triangles: triangles.clone(), warnings: Vec::new() };
+            let n_faces = triangles.len();
+            let file = MeshFile { positions, triangles: triangles.clone(), n_faces, warnings: Vec::new() };
             (report.file().to_path_buf(), file, &hittable.span)
         }
     };
-    let MeshFile { positions, triangles, warnings } = file;
+    let MeshFile { positions, triangles, warnings, .. } = file;
     report.warnings_elsewhere(span, placed(Error { problems: warnings }, &path, hittable));
     if triangles.is_empty() {
         let problem = Problem::new(Place::file(&path), "the mesh has no triangle");
