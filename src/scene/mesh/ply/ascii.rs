@@ -120,10 +120,6 @@ impl Values for Ascii<'_> {
         At::Line(self.value_start)
     }
 
-    fn end(&self) -> At {
-        At::Line(self.bytes.len())
-    }
-
     fn n_bytes_left(&self) -> usize {
         self.bytes.len() - self.at
     }

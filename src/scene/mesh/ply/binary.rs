@@ -120,8 +120,18 @@ impl<const LITTLE_ENDIAN: bool> Values for Binary<'_, LITTLE_ENDIAN> {
         At::Byte(self.value_start)
     }
 
-    fn end(&self) -> At {
-        At::Byte(self.bytes.len())
+    fn check_count(&self, element: &Element) -> Outcome<()> {
+        let Element { name, count, .. } = element;
+        let least = Self::least_row_bytes(element);
+        let n_left = self.n_bytes_left();
+        if count.checked_mul(least).is_some_and(|needed| needed <= n_left) {
+            return Ok(());
+        }
+        Err(Finding::byte(self.bytes.len(), format!("the file ends before the {count} rows of `{name}` do"))
+            .key(format!("{name}[{}]", n_left / least.max(1)))
+            .found(counted(n_left, "byte", "bytes"))
+            .expected(format!("at least {least} bytes a row"))
+            .into())
     }
 
     fn n_bytes_left(&self) -> usize {

@@ -21,8 +21,10 @@ pub(super) trait Values {
     fn begin_row(&mut self) -> At;
     /// Where the value began that was read last.
     fn last_value_at(&self) -> At;
-    /// The end of the file, as a place.
-    fn end(&self) -> At;
+    /// Refuses a number of rows that the rest of the file cannot hold, where this is known beforehand.
+    fn check_count(&self, _element: &Element) -> Outcome<()> {
+        Ok(())
+    }
     /// Bytes not yet read.
     fn n_bytes_left(&self) -> usize;
     /// The least bytes that a row of an element takes.
@@ -66,7 +68,8 @@ pub(super) struct FaceRow {
 /// When the data ends early or holds what the header did not announce, or an index names no vertex.
 pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
     let Some(vertex) = header.element("vertex") else {
-        return Err(Finding::file("the header declares no element `vertex`").into());
+        let what = "the header declares no element `vertex`";
+        return Err(Finding::line(header.body_start.saturating_sub(1), what).into());
     };
     let xyz = coordinates(vertex)?;
     let n_vertices = vertex.count;
@@ -74,7 +77,7 @@ pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
     let mut faces = Faces::default();
     let mut findings = Vec::new();
     for element in &header.elements {
-        check_count(element, &values)?;
+        values.check_count(element)?;
         match (element.name.as_str(), element.index_list()) {
             ("vertex", _) => read_vertices(element, xyz, &mut values, &mut positions)?,
             ("face", Some(list)) => read_faces(element, list, &mut values, n_vertices, &mut faces)?,
@@ -103,20 +106,6 @@ fn coordinates(vertex: &Element) -> Outcome<[usize; 3]> {
         })?;
     }
     Ok(xyz)
-}
-
-/// Refuses a count that the rest of the file cannot hold, before anything is allocated for it.
-fn check_count<V: Values>(element: &Element, values: &V) -> Outcome<()> {
-    let least = V::least_row_bytes(element);
-    let n_left = values.n_bytes_left();
-    if element.count.checked_mul(least).is_some_and(|needed| needed <= n_left) {
-        return Ok(());
-    }
-    Err(Finding::new(values.end(), format!("the file ends before the {} rows of `{}` do", element.count, element.name))
-        .key(format!("{}[{}]", element.name, n_left / least.max(1)))
-        .found(format!("{n_left} bytes"))
-        .expected(format!("at least {least} bytes a row"))
-        .into())
 }
 
 /// What to do with each property; neighbours of one kind that are skipped are skipped together.
@@ -149,7 +138,7 @@ fn read_vertices<V: Values>(
     values: &mut V,
     positions: &mut Vec<Vec3>,
 ) -> Outcome<()> {
-    positions.reserve_exact(element.count);
+    positions.reserve_exact(element.count.min(values.n_bytes_left() / V::least_row_bytes(element)));
     let steps = steps(element, |row| {
         let axis = xyz.iter().position(|&place| place == row)?;
         Some(Step::Coordinate(axis, element.properties[row].kind))

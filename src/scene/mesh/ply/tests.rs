@@ -225,7 +225,9 @@ fn an_index_out_of_range_is_refused_with_its_line_or_byte() {
 fn a_truncated_file_is_refused_with_the_place_of_its_end() {
     let text = format!("{HEADER}{VERTICES}3 0 1 2\n3 0");
     let (line, what, _) = refused_at_line(&text);
-    assert_eq!((line, what.as_str()), (15, "the file ends inside a row"));
+    assert_eq!((line, what.as_str()), (15, "a list is longer than the rest of the file"));
+    let finding = refused(format!("{HEADER}{VERTICES}3 0 1 2\n").as_bytes());
+    assert_eq!((finding.what.as_str(), finding.key.as_deref()), ("the file ends inside a row", Some("face[1]")));
     let mut file = BinaryFile::new(
         true,
         "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
