@@ -143,12 +143,11 @@ impl<const LITTLE_ENDIAN: bool> Values for Binary<'_, LITTLE_ENDIAN> {
     }
 
     /// Some writers end a binary file with a line end.
-    fn rest(&self) -> Option<Finding> {
-        if self.rest_bytes().trim_ascii().is_empty() {
-            return None;
+    fn finish(self, findings: &mut Vec<Finding>) {
+        if !self.rest_bytes().trim_ascii().is_empty() {
+            let bytes = counted(self.n_bytes_left(), "byte is", "bytes are");
+            findings.push(Finding::byte(self.at, format!("{bytes} left behind the last element, and ignored")));
         }
-        let rest = counted(self.n_bytes_left(), "byte", "bytes");
-        Some(Finding::byte(self.at, format!("{rest} behind the last element ignored")))
     }
 
     /// The common layouts, three floats or three doubles side by side among other scalars, in one loop.

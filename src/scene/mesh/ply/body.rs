@@ -8,7 +8,7 @@ use super::super::finding::{At, Finding, Outcome, counted};
 use super::header::{Element, Header, Kind};
 
 /// What an encoding must be able to do: give one value after the other.
-pub(super) trait Values {
+pub(super) trait Values: Sized {
     /// The next scalar; its kind matters to binary encodings only.
     fn number(&mut self, kind: Kind) -> Outcome<f64>;
     /// The count before a list, compared with the data that is left.
@@ -29,8 +29,8 @@ pub(super) trait Values {
     fn n_bytes_left(&self) -> usize;
     /// The least bytes that a row of an element takes.
     fn least_row_bytes(element: &Element) -> usize;
-    /// The warning about data behind the last element.
-    fn rest(&self) -> Option<Finding>;
+    /// Warns of data that was passed over, also behind the last element.
+    fn finish(self, findings: &mut Vec<Finding>);
 
     /// Reads rows of vertices at once, as many as the encoding has a fast way for; the others go value by value.
     fn bulk_vertices(&mut self, _element: &Element, _xyz: [usize; 3], _positions: &mut Vec<Vec3>) -> Outcome<usize> {
@@ -92,7 +92,7 @@ pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
             }
         }
     }
-    findings.extend(values.rest());
+    values.finish(&mut findings);
     Ok(Soup { positions, faces, findings })
 }
 
@@ -207,7 +207,7 @@ fn read_indices<V: Values>(
     layout: &FaceRow,
     values: &mut V,
     corners: &mut Vec<u32>,
-    index: impl Fn(f64) -> Result<u32, Finding>,
+    index: impl Fn(f64) -> Outcome<u32>,
 ) -> Outcome<()> {
     corners.clear();
     for &step in &layout.steps {
@@ -217,7 +217,11 @@ fn read_indices<V: Values>(
                 corners.reserve(n_items);
                 for _ in 0..n_items {
                     let value = values.number(kind)?;
-                    corners.push(index(value).map_err(|finding| Finding { at: values.last_value_at(), ..finding })?);
+                    let corner = index(value).map_err(|mut finding| {
+                        finding.at = values.last_value_at();
+                        finding
+                    })?;
+                    corners.push(corner);
                 }
             }
             Step::Skip(kind, n_values) => values.skip(kind, n_values)?,
@@ -232,7 +236,7 @@ fn read_indices<V: Values>(
 }
 
 #[inline]
-fn index(value: f64, n_vertices: usize) -> Result<u32, Finding> {
+fn index(value: f64, n_vertices: usize) -> Outcome<u32> {
     let whole = value as i64;
     if whole as f64 == value && (0..n_vertices as i64).contains(&whole) {
         return Ok(whole as u32);
@@ -241,12 +245,12 @@ fn index(value: f64, n_vertices: usize) -> Result<u32, Finding> {
 }
 
 #[cold]
-fn no_such_vertex(value: f64, n_vertices: usize) -> Finding {
+fn no_such_vertex(value: f64, n_vertices: usize) -> Box<Finding> {
     let expected = match n_vertices {
         0 => "none: the file has no vertices".to_string(),
         n => format!("a whole number from 0 to {}", n - 1),
     };
-    Finding::file("an index names a vertex that does not exist").found(value).expected(expected)
+    Finding::file("an index names a vertex that does not exist").found(value).expected(expected).into()
 }
 
 /// Strips end with their row, and at −1 within it.
