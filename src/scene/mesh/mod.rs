@@ -27,7 +27,7 @@ use glam::Vec3;
 
 use crate::error::{Error, Place, Problem};
 use faces::Faces;
-use finding::{Finding, Outcome};
+use finding::{Finding, Outcome, counted};
 use source::Source;
 
 /// What a mesh file holds, polygons already cut into triangles.
@@ -136,7 +136,9 @@ fn cut_polygons(soup: Soup) -> Outcome<(MeshFile, Vec<Finding>)> {
     if triangles.is_empty() {
         findings.push(Finding::file(match positions.len() {
             0 => "the mesh is empty".to_string(),
-            n => format!("the file has {n} vertices and no face: there is nothing to render"),
+            n => {
+                format!("the file has {} and no triangle: there is nothing to render", counted(n, "vertex", "vertices"))
+            }
         }));
     }
     Ok((MeshFile { positions, triangles, n_faces, warnings: Vec::new() }, findings))
@@ -182,7 +184,7 @@ mod tests {
         assert_eq!(mesh.positions, [Vec3::new(1.0, 2.0, 3.0)]);
         assert_eq!(
             mesh.warnings[0].to_string(),
-            "scan.obj: the file has 1 vertices and no face: there is nothing to render"
+            "scan.obj: the file has 1 vertex and no triangle: there is nothing to render"
         );
     }
 }

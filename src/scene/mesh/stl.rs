@@ -66,8 +66,8 @@ fn parse_binary(bytes: &[u8]) -> Outcome<Soup> {
     let end = HEADER_BYTES + FACET_BYTES * n_facets;
     let mut findings = Vec::new();
     if !bytes[end..].trim_ascii().is_empty() {
-        let rest = counted(bytes.len() - end, "byte", "bytes");
-        findings.push(Finding::byte(end, format!("{rest} behind the last of {n_facets} facets ignored")));
+        let rest = counted(bytes.len() - end, "byte is", "bytes are");
+        findings.push(Finding::byte(end, format!("{rest} left behind the last of {n_facets} facets, and ignored")));
     }
     Ok(Soup { positions: welder.into_positions(), faces, findings })
 }

@@ -1,9 +1,9 @@
 //! The ascii encoding: values apart by blanks, a row to a line.
 //!
 //! A row may also run over several lines, as some writers break long lists; but each row begins on a line of its own,
-//! so that a value too many or too few is found where it is.
+//! so that a missing value is found where it is missing.
 
-use super::super::finding::{At, Finding, Outcome, counted, quoted};
+use super::super::finding::{At, Finding, Outcome, Tally, counted, quoted};
 use super::super::number::{is_blank, is_line_end, parse_f64, token};
 use super::body::Values;
 use super::header::{Element, Kind};
@@ -15,11 +15,12 @@ pub(super) struct Ascii<'a> {
     /// Where the row and the latest value began, for messages.
     row_start: usize,
     value_start: usize,
+    surplus: Tally,
 }
 
 impl<'a> Ascii<'a> {
     pub fn new(bytes: &'a [u8], body_start: usize) -> Ascii<'a> {
-        Ascii { bytes, at: body_start, row_start: body_start, value_start: body_start }
+        Ascii { bytes, at: body_start, row_start: body_start, value_start: body_start, surplus: Tally::default() }
     }
 
     /// Moves to the next value, over line ends too.
@@ -39,17 +40,22 @@ impl<'a> Ascii<'a> {
         Finding::line(self.at, "this is not a number").found(found).expected("a number").into()
     }
 
+    /// A row with values left over on its line. When the row stands on that line alone, the header declares too little
+    /// (MeshLab writes colours so), and the values that it declares are right: the rest is passed over and counted. A
+    /// row that began on an earlier line has taken values of the next.
     #[cold]
-    fn row_too_long(&self) -> Box<Finding> {
+    fn surplus_values(&mut self) -> Outcome<()> {
         let end = self.bytes[self.at..].iter().position(|&b| is_line_end(b)).map_or(self.bytes.len(), |n| self.at + n);
-        let found = quoted(self.bytes[self.at..end].trim_ascii());
-        let begins_before = self.bytes[self.row_start..self.at].iter().any(|&b| is_line_end(b));
-        let what = if begins_before {
-            "the row has fewer values than the header declares, or the line has more"
-        } else {
-            "the line has more values than the header declares"
-        };
-        Finding::line(self.row_start, what).found(format!("{found} left over")).expected("the end of the line").into()
+        if self.bytes[self.row_start..self.at].iter().any(|&b| is_line_end(b)) {
+            let found = quoted(self.bytes[self.at..end].trim_ascii());
+            return Err(Finding::line(self.row_start, "the row has fewer values than the header declares")
+                .found(format!("{found} left over on the line where it ends"))
+                .expected("each row on a line of its own")
+                .into());
+        }
+        self.surplus.add(At::Line(self.row_start));
+        self.at = end;
+        Ok(())
     }
 }
 
@@ -99,7 +105,7 @@ impl Values for Ascii<'_> {
     fn end_row(&mut self) -> Outcome<()> {
         while let Some(&byte) = self.bytes.get(self.at) {
             if !is_blank(byte) {
-                return Err(self.row_too_long());
+                return self.surplus_values();
             }
             self.at += 1;
             if is_line_end(byte) {
@@ -120,10 +126,6 @@ impl Values for Ascii<'_> {
         At::Line(self.value_start)
     }
 
-    fn end(&self) -> At {
-        At::Line(self.bytes.len())
-    }
-
     fn n_bytes_left(&self) -> usize {
         self.bytes.len() - self.at
     }
@@ -133,9 +135,16 @@ impl Values for Ascii<'_> {
         (2 * element.properties.len()).saturating_sub(1)
     }
 
-    fn rest(&self) -> Option<Finding> {
+    fn finish(self, findings: &mut Vec<Finding>) {
+        findings.extend(self.surplus.finding(|count| {
+            let lines = counted(count, "line has", "lines have");
+            format!("{lines} more values than the header declares, which are ignored")
+        }));
         let rest = &self.bytes[self.at..];
-        let at = self.at + rest.iter().position(|&b| !is_blank(b))?;
-        Some(Finding::line(at, "text behind the last element is ignored").found(quoted(token(self.bytes, at))))
+        if let Some(n_blanks) = rest.iter().position(|&b| !is_blank(b)) {
+            let at = self.at + n_blanks;
+            let found = quoted(token(self.bytes, at));
+            findings.push(Finding::line(at, "text behind the last element is ignored").found(found));
+        }
     }
 }

@@ -120,8 +120,18 @@ impl<const LITTLE_ENDIAN: bool> Values for Binary<'_, LITTLE_ENDIAN> {
         At::Byte(self.value_start)
     }
 
-    fn end(&self) -> At {
-        At::Byte(self.bytes.len())
+    fn check_count(&self, element: &Element) -> Outcome<()> {
+        let Element { name, count, .. } = element;
+        let least = Self::least_row_bytes(element);
+        let n_left = self.n_bytes_left();
+        if count.checked_mul(least).is_some_and(|needed| needed <= n_left) {
+            return Ok(());
+        }
+        Err(Finding::byte(self.bytes.len(), format!("the file ends before the {count} rows of `{name}` do"))
+            .key(format!("{name}[{}]", n_left / least.max(1)))
+            .found(counted(n_left, "byte", "bytes"))
+            .expected(format!("at least {least} bytes a row"))
+            .into())
     }
 
     fn n_bytes_left(&self) -> usize {
@@ -133,12 +143,11 @@ impl<const LITTLE_ENDIAN: bool> Values for Binary<'_, LITTLE_ENDIAN> {
     }
 
     /// Some writers end a binary file with a line end.
-    fn rest(&self) -> Option<Finding> {
-        if self.rest_bytes().trim_ascii().is_empty() {
-            return None;
+    fn finish(self, findings: &mut Vec<Finding>) {
+        if !self.rest_bytes().trim_ascii().is_empty() {
+            let bytes = counted(self.n_bytes_left(), "byte is", "bytes are");
+            findings.push(Finding::byte(self.at, format!("{bytes} left behind the last element, and ignored")));
         }
-        let rest = counted(self.n_bytes_left(), "byte", "bytes");
-        Some(Finding::byte(self.at, format!("{rest} behind the last element ignored")))
     }
 
     /// The common layouts, three floats or three doubles side by side among other scalars, in one loop.

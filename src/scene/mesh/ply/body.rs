@@ -8,7 +8,7 @@ use super::super::finding::{At, Finding, Outcome, counted};
 use super::header::{Element, Header, Kind};
 
 /// What an encoding must be able to do: give one value after the other.
-pub(super) trait Values {
+pub(super) trait Values: Sized {
     /// The next scalar; its kind matters to binary encodings only.
     fn number(&mut self, kind: Kind) -> Outcome<f64>;
     /// The count before a list, compared with the data that is left.
@@ -21,14 +21,16 @@ pub(super) trait Values {
     fn begin_row(&mut self) -> At;
     /// Where the value began that was read last.
     fn last_value_at(&self) -> At;
-    /// The end of the file, as a place.
-    fn end(&self) -> At;
+    /// Refuses a number of rows that the rest of the file cannot hold, where this is known beforehand.
+    fn check_count(&self, _element: &Element) -> Outcome<()> {
+        Ok(())
+    }
     /// Bytes not yet read.
     fn n_bytes_left(&self) -> usize;
     /// The least bytes that a row of an element takes.
     fn least_row_bytes(element: &Element) -> usize;
-    /// The warning about data behind the last element.
-    fn rest(&self) -> Option<Finding>;
+    /// Warns of data that was passed over, also behind the last element.
+    fn finish(self, findings: &mut Vec<Finding>);
 
     /// Reads rows of vertices at once, as many as the encoding has a fast way for; the others go value by value.
     fn bulk_vertices(&mut self, _element: &Element, _xyz: [usize; 3], _positions: &mut Vec<Vec3>) -> Outcome<usize> {
@@ -66,7 +68,8 @@ pub(super) struct FaceRow {
 /// When the data ends early or holds what the header did not announce, or an index names no vertex.
 pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
     let Some(vertex) = header.element("vertex") else {
-        return Err(Finding::file("the header declares no element `vertex`").into());
+        let what = "the header declares no element `vertex`";
+        return Err(Finding::line(header.body_start.saturating_sub(1), what).into());
     };
     let xyz = coordinates(vertex)?;
     let n_vertices = vertex.count;
@@ -74,7 +77,7 @@ pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
     let mut faces = Faces::default();
     let mut findings = Vec::new();
     for element in &header.elements {
-        check_count(element, &values)?;
+        values.check_count(element)?;
         match (element.name.as_str(), element.index_list()) {
             ("vertex", _) => read_vertices(element, xyz, &mut values, &mut positions)?,
             ("face", Some(list)) => read_faces(element, list, &mut values, n_vertices, &mut faces)?,
@@ -89,7 +92,7 @@ pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
             }
         }
     }
-    findings.extend(values.rest());
+    values.finish(&mut findings);
     Ok(Soup { positions, faces, findings })
 }
 
@@ -103,20 +106,6 @@ fn coordinates(vertex: &Element) -> Outcome<[usize; 3]> {
         })?;
     }
     Ok(xyz)
-}
-
-/// Refuses a count that the rest of the file cannot hold, before anything is allocated for it.
-fn check_count<V: Values>(element: &Element, values: &V) -> Outcome<()> {
-    let least = V::least_row_bytes(element);
-    let n_left = values.n_bytes_left();
-    if element.count.checked_mul(least).is_some_and(|needed| needed <= n_left) {
-        return Ok(());
-    }
-    Err(Finding::new(values.end(), format!("the file ends before the {} rows of `{}` do", element.count, element.name))
-        .key(format!("{}[{}]", element.name, n_left / least.max(1)))
-        .found(format!("{n_left} bytes"))
-        .expected(format!("at least {least} bytes a row"))
-        .into())
 }
 
 /// What to do with each property; neighbours of one kind that are skipped are skipped together.
@@ -149,7 +138,7 @@ fn read_vertices<V: Values>(
     values: &mut V,
     positions: &mut Vec<Vec3>,
 ) -> Outcome<()> {
-    positions.reserve_exact(element.count);
+    positions.reserve_exact(element.count.min(values.n_bytes_left() / V::least_row_bytes(element)));
     let steps = steps(element, |row| {
         let axis = xyz.iter().position(|&place| place == row)?;
         Some(Step::Coordinate(axis, element.properties[row].kind))
@@ -218,7 +207,7 @@ fn read_indices<V: Values>(
     layout: &FaceRow,
     values: &mut V,
     corners: &mut Vec<u32>,
-    index: impl Fn(f64) -> Result<u32, Finding>,
+    index: impl Fn(f64) -> Outcome<u32>,
 ) -> Outcome<()> {
     corners.clear();
     for &step in &layout.steps {
@@ -228,7 +217,11 @@ fn read_indices<V: Values>(
                 corners.reserve(n_items);
                 for _ in 0..n_items {
                     let value = values.number(kind)?;
-                    corners.push(index(value).map_err(|finding| Finding { at: values.last_value_at(), ..finding })?);
+                    let corner = index(value).map_err(|mut finding| {
+                        finding.at = values.last_value_at();
+                        finding
+                    })?;
+                    corners.push(corner);
                 }
             }
             Step::Skip(kind, n_values) => values.skip(kind, n_values)?,
@@ -243,7 +236,7 @@ fn read_indices<V: Values>(
 }
 
 #[inline]
-fn index(value: f64, n_vertices: usize) -> Result<u32, Finding> {
+fn index(value: f64, n_vertices: usize) -> Outcome<u32> {
     let whole = value as i64;
     if whole as f64 == value && (0..n_vertices as i64).contains(&whole) {
         return Ok(whole as u32);
@@ -252,12 +245,12 @@ fn index(value: f64, n_vertices: usize) -> Result<u32, Finding> {
 }
 
 #[cold]
-fn no_such_vertex(value: f64, n_vertices: usize) -> Finding {
+fn no_such_vertex(value: f64, n_vertices: usize) -> Box<Finding> {
     let expected = match n_vertices {
         0 => "none: the file has no vertices".to_string(),
         n => format!("a whole number from 0 to {}", n - 1),
     };
-    Finding::file("an index names a vertex that does not exist").found(value).expected(expected)
+    Finding::file("an index names a vertex that does not exist").found(value).expected(expected).into()
 }
 
 /// Strips end with their row, and at −1 within it.

@@ -117,6 +117,9 @@ struct Lines<'a> {
     line_end: u8,
 }
 
+/// Offset, words, and the whole line.
+type Line<'a> = (usize, Vec<&'a [u8]>, &'a [u8]);
+
 impl<'a> Lines<'a> {
     fn new(bytes: &'a [u8]) -> Lines<'a> {
         let first_end = bytes.iter().position(|&b| b == b'\n' || b == b'\r');
@@ -124,8 +127,8 @@ impl<'a> Lines<'a> {
         Lines { bytes, at: 0, line_end: if lone_return { b'\r' } else { b'\n' } }
     }
 
-    /// Offset, words, and the whole line; `None` at the end of the file.
-    fn next(&mut self) -> Option<(usize, Vec<&'a [u8]>, &'a [u8])> {
+    /// `None` at the end of the file.
+    fn next(&mut self) -> Option<Line<'a>> {
         let start = self.at;
         let rest = self.bytes.get(start..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|&b| b == self.line_end).unwrap_or(rest.len());

@@ -179,12 +179,19 @@ fn triangle_strips_restart_at_minus_one() {
 }
 
 #[test]
-fn a_row_may_run_over_lines_but_a_value_too_many_or_few_is_refused() {
+fn a_row_may_run_over_lines_but_a_missing_value_is_refused_with_the_line_of_its_row() {
     assert_eq!(read(format!("{HEADER}{VERTICES}3\n0 1 2\n3 0\n2 3\n").as_bytes()).1.len(), 2);
-    let long = refused_at_line(&format!("{HEADER}0 0 0\n1 0 0 7 8\n"));
-    assert_eq!(long, (11, "the line has more values than the header declares".into(), "`7 8` left over".into()));
     let short = refused_at_line(&format!("{HEADER}0 0\n1 0 0\n"));
-    assert_eq!((short.0, short.2.as_str()), (10, "`0 0` left over"));
+    assert_eq!((short.0, short.1.as_str()), (10, "the row has fewer values than the header declares"));
+    assert_eq!(short.2, "`0 0` left over on the line where it ends");
+}
+
+#[test]
+fn values_that_the_header_does_not_declare_are_passed_over_and_counted() {
+    let text = format!("{HEADER}{VERTICES}3 0 1 2 9 1 1\n3 0 2 3 9 x\n");
+    let (_, triangles, warnings) = read(text.as_bytes());
+    assert_eq!(triangles, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(warnings, ["2 lines have more values than the header declares, which are ignored"]);
 }
 
 #[test]
@@ -225,7 +232,9 @@ fn an_index_out_of_range_is_refused_with_its_line_or_byte() {
 fn a_truncated_file_is_refused_with_the_place_of_its_end() {
     let text = format!("{HEADER}{VERTICES}3 0 1 2\n3 0");
     let (line, what, _) = refused_at_line(&text);
-    assert_eq!((line, what.as_str()), (15, "the file ends inside a row"));
+    assert_eq!((line, what.as_str()), (15, "a list is longer than the rest of the file"));
+    let finding = refused(format!("{HEADER}{VERTICES}3 0 1 2\n").as_bytes());
+    assert_eq!((finding.what.as_str(), finding.key.as_deref()), ("the file ends inside a row", Some("face[1]")));
     let mut file = BinaryFile::new(
         true,
         "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
@@ -310,7 +319,7 @@ fn faces_without_vertex_indices_and_data_behind_the_end_are_warned_of() {
     assert_eq!(warnings, ["text behind the last element is ignored"]);
     let mut file = BinaryFile::new(true, "element vertex 0\nproperty float x\nproperty float y\nproperty float z\n");
     file.bytes.extend(b"more");
-    assert_eq!(read(&file.bytes).2, ["4 bytes behind the last element ignored"]);
+    assert_eq!(read(&file.bytes).2, ["4 bytes are left behind the last element, and ignored"]);
 }
 
 #[test]

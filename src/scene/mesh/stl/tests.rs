@@ -44,7 +44,7 @@ fn a_binary_file_whose_header_begins_with_solid_is_binary() {
     let mut longer = binary(b"solid part", 2, &TWO);
     longer.push(7);
     let (_, triangles, warnings) = read(&longer);
-    assert_eq!((triangles.len(), warnings[0].as_str()), (2, "1 byte behind the last of 2 facets ignored"));
+    assert_eq!((triangles.len(), warnings[0].as_str()), (2, "1 byte is left behind the last of 2 facets, and ignored"));
 }
 
 #[test]
