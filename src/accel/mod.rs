@@ -1,7 +1,21 @@
-//! What a ray hits: a BVH over all bounded primitives, built by obvhs and traversed here, and the full scan that
-//! every answer is compared with.
+//! What a ray hits: a BVH over all bounded primitives, built by obvhs and walked here, and the full scan that every
+//! answer is compared with.
+//!
+//! Both answer the same, bit for bit: the closest hit is the smallest `t`, at equal `t` the lowest id.
 
-use crate::world::{Hit, Ray, World};
+mod build;
+mod collapse;
+mod duplicate;
+mod linear;
+mod single;
+mod slab;
+mod wide;
+
+use rayon::prelude::*;
+
+use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
+use single::Stack;
+use wide::WideTree;
 
 /// How to find hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,6 +31,9 @@ pub enum AccelKind {
 #[derive(Clone, Debug)]
 pub struct Accel {
     kind: AccelKind,
+    tree: WideTree,
+    /// Quadrics without a box; every ray is tested against each.
+    unbounded: Vec<PrimRef>,
 }
 
 /// Figures of a built structure.
@@ -30,24 +47,68 @@ pub struct AccelStats {
     pub depth: usize,
     /// Expected cost of a random ray through the root box: node visits plus primitive tests, each counted 1.
     pub sah_cost: f64,
+    /// Primitives outside of the tree, tested against every ray.
+    pub n_unbounded: usize,
     /// Bytes held.
     pub memory_bytes: usize,
 }
 
 impl Accel {
-    /// Builds the structure on the current rayon pool.
+    /// Builds the structure on the current rayon pool. The same world gives the same structure on any number of
+    /// threads.
     pub fn build(world: &World, kind: AccelKind) -> Accel {
-        let _ = world;
-        Accel { kind }
+        if kind == AccelKind::Linear {
+            return Accel { kind, tree: WideTree::default(), unbounded: Vec::new() };
+        }
+        let (mut prims, mut boxes, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
+        prims.reserve_exact(world.n_prims());
+        boxes.reserve_exact(world.n_prims());
+        for row in 0..world.spheres.len() {
+            prims.push(PrimRef::new(PrimKind::Sphere, row));
+            boxes.push(world.spheres.bounds(row));
+        }
+        for (row, bounds) in world.quadrics.bounds.iter().enumerate() {
+            let prim = PrimRef::new(PrimKind::Quadric, row);
+            match bounds {
+                Some(bounds) => {
+                    prims.push(prim);
+                    boxes.push(*bounds);
+                }
+                None => unbounded.push(prim),
+            }
+        }
+        prims.extend(prim::all(world).skip(world.spheres.len() + world.quadrics.len()));
+        boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
+        let tree = collapse::collapse(world, &build::build(world, prims, &boxes));
+        Accel { kind, tree, unbounded }
     }
 
-    /// Answers each ray with its closest hit: the smallest `t`, at equal `t` the lowest id.
+    /// Answers each ray with its closest hit: the smallest `t`, at equal `t` the lowest id. A ray that
+    /// [can hit nothing](crate::numeric::prepared::PreparedRay::new) is answered with a miss.
     ///
     /// # Panics
     /// When the slices differ in length.
     pub fn closest_hit(&self, world: &World, rays: &[Ray], hits: &mut [Hit]) {
-        assert_eq!(rays.len(), hits.len());
-        let _ = (world, self.kind);
+        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        let mut stack = Stack::default();
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = match (ray.prepare(), self.kind) {
+                (None, _) => Hit::MISS,
+                (Some(ray), AccelKind::Linear) => linear::closest_hit(world, &ray),
+                (Some(mut ray), AccelKind::Bvh) => {
+                    let mut best = Hit::MISS;
+                    for found in self.unbounded.iter().filter_map(|prim| prim.intersect(world, &ray)) {
+                        if found.is_before(&best) {
+                            best = found;
+                        }
+                    }
+                    if best.is_some() {
+                        ray.t_max = best.t.next_up();
+                    }
+                    single::closest_hit(&self.tree, world, &mut ray, &mut stack, best)
+                }
+            };
+        }
     }
 
     /// Answers each ray with whether anything lies in its interval.
@@ -55,12 +116,36 @@ impl Accel {
     /// # Panics
     /// When the slices differ in length.
     pub fn occluded(&self, world: &World, rays: &[Ray], occluded: &mut [bool]) {
-        assert_eq!(rays.len(), occluded.len());
-        let _ = world;
+        assert_eq!(rays.len(), occluded.len(), "one answer per ray");
+        let mut stack = Stack::default();
+        for (ray, answer) in rays.iter().zip(occluded) {
+            *answer = match (ray.prepare(), self.kind) {
+                (None, _) => false,
+                (Some(ray), AccelKind::Linear) => linear::occluded(world, &ray),
+                (Some(ray), AccelKind::Bvh) => {
+                    self.unbounded.iter().any(|prim| prim.intersect(world, &ray).is_some())
+                        || single::occluded(&self.tree, world, &ray, &mut stack)
+                }
+            };
+        }
     }
 
     /// Figures of the structure.
     pub fn stats(&self) -> AccelStats {
-        AccelStats::default()
+        let (n_leaves, sah_cost) = self.tree.leaves_and_sah_cost();
+        AccelStats {
+            n_nodes: self.tree.nodes.len(),
+            n_leaves,
+            depth: self.tree.depth,
+            sah_cost,
+            n_unbounded: self.unbounded.len(),
+            memory_bytes: self.tree.memory_bytes() + self.unbounded.len() * size_of::<PrimRef>(),
+        }
+    }
+
+    /// The box around everything in the tree; `None` when the tree is empty.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let root = self.tree.nodes.first()?;
+        root.slots().map(|slot| root.bounds(slot)).reduce(Bounds::union)
     }
 }

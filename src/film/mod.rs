@@ -1,7 +1,28 @@
 //! The image: planes of samples, and what writes and reads them.
+//!
+//! | room | does |
+//! |---|---|
+//! | [`region`] | a rectangle of pixels |
+//! | [`tone_map`], [`display`] | from scene-linear radiance to display bytes, pure functions |
+//! | [`exr`], [`png`], [`pfm`] | one file format each: write a [`Film`], read one back |
+//! | [`read`] | any image file, chosen by its first bytes |
+//! | [`output`] | files written beside and renamed |
+//!
+//! Colour is scene-linear with Rec. 709 primaries. A colour image has the planes `R`, `G`, `B` and perhaps `A`; an image
+//! of one channel has `Y`.
 
+pub mod display;
+pub mod exr;
+pub mod output;
+pub mod pfm;
+pub mod png;
+pub mod png_chunk;
+pub mod read;
 pub mod region;
+pub mod tone_map;
 
+pub use display::Display;
+pub use read::{ImageFile, read_image};
 pub use region::Region;
 
 /// One plane of an image, row after row from the top, as wide and high as the film's data window.
@@ -41,6 +62,35 @@ impl Film {
     /// The plane of a name.
     pub fn plane(&self, name: &str) -> Option<&Plane> {
         self.planes.iter().find(|plane| plane.name == name)
+    }
+
+    /// The planes that a picture shows as red, green and blue: `R`, `G`, `B`, or `Y` three times.
+    pub fn color_planes(&self) -> Option<[&Plane; 3]> {
+        match (self.plane("R"), self.plane("G"), self.plane("B")) {
+            (Some(r), Some(g), Some(b)) => Some([r, g, b]),
+            _ => self.plane("Y").map(|y| [y, y, y]),
+        }
+    }
+
+    /// Whether the film keeps its own promises: a data window that is not empty and lies inside the display window, and
+    /// planes as long as the data window has pixels.
+    ///
+    /// # Errors
+    /// A sentence that says which promise is broken.
+    pub fn check(&self) -> Result<(), String> {
+        let Region { x0, y0, x1, y1 } = self.data_window;
+        if x0 >= x1 || y0 >= y1 || x1 > self.width_px || y1 > self.height_px {
+            return Err(format!(
+                "the data window {x0},{y0} to {x1},{y1} is not inside the {}×{} image",
+                self.width_px, self.height_px
+            ));
+        }
+        match self.planes.iter().find(|plane| plane.samples.len() != self.n_pixels()) {
+            Some(plane) => {
+                Err(format!("plane {} has {} samples for {} pixels", plane.name, plane.samples.len(), self.n_pixels()))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Pixels in the data window.

@@ -1,1 +1,4 @@
 //! Measuring: error of an image against another.
+
+pub mod difference;
+pub mod generate;

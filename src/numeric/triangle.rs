@@ -1,15 +1,209 @@
-//! Exact facts about triangles with f32 corners.
+//! Ray against triangle with f32 corners: exact decision, certified parameter.
+//!
+//! The test is that of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): translate by the
+//! origin, shear so that the ray runs along its dominant axis, and look at the signs of three 2D edge functions. Here
+//! each sign carries a certificate; a sign that f64 cannot certify is found in exact arithmetic. The parameter comes
+//! from the plane, in double-double, since the sheared depth loses digits on needles.
 
 use glam::{DVec3, Vec3};
 
-/// Whether the corners lie on one line or point, so that no ray can hit the triangle. Corners must be finite.
-pub fn is_degenerate(corners: [Vec3; 3]) -> bool {
-    let _ = corners;
-    false
+use super::U;
+use super::double::{Double3, two_product, two_sum};
+use super::dyadic::Dyadic;
+use super::prepared::{PreparedRay, Shear};
+use super::ratio::{Bounded, Ratio, ratio_inside};
+use super::tally::count_exact_test;
+
+/// A triangle's hit: parameter and barycentric weights of the second and third corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    /// Ray parameter, within 1 ulp.
+    pub t: f64,
+    /// Weight of the second corner, in [0, 1].
+    pub u: f64,
+    /// Weight of the third corner, in [0, 1].
+    pub v: f64,
 }
 
-/// The unit normal by the winding, of a triangle that is not degenerate.
+/// The first-order error of an edge function is below 16·u·m·(m + Z), where m is the largest sheared coordinate and Z
+/// the largest depth (`docs/NUMERICS.md`); the rest covers the second order and the rounding of the bound.
+const EDGE_ERROR: f64 = 16.5 * U;
+
+/// The hit of a ray with a triangle of finite corners, if its parameter lies in the ray's open interval.
+///
+/// Edges and corners belong to the triangle; a ray in its plane misses.
+#[inline]
+pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
+    // Translate and shear.
+    let Shear { axes: [kx, ky, kz], slope: [sx, sy] } = ray.shear;
+    let sheared = corners.map(|corner| {
+        let p = (corner.as_dvec3() - ray.origin).to_array();
+        [p[kx] - sx * p[kz], p[ky] - sy * p[kz], p[kz]]
+    });
+
+    // Edge functions and what they may be wrong by.
+    let [a, b, c] = sheared;
+    let weights = [b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0], a[0] * b[1] - a[1] * b[0]];
+    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
+    let m = largest(0).max(largest(1));
+    let error = EDGE_ERROR * m * (m + largest(2)) + f64::MIN_POSITIVE;
+
+    // Certain of opposite signs: outside, whatever the third is.
+    let positive = weights.map(|w| w > error);
+    let negative = weights.map(|w| w < -error);
+    let any = |flags: [bool; 3]| flags[0] | flags[1] | flags[2];
+    let all = |flags: [bool; 3]| flags[0] & flags[1] & flags[2];
+    if any(positive) & any(negative) {
+        return None;
+    }
+    if !(all(positive) | all(negative)) {
+        return intersect_exact(ray, corners);
+    }
+
+    // Inside. Depth from the plane.
+    match depth(ray, corners) {
+        Ratio::Inside(t) => {
+            let sum = weights[0] + weights[1] + weights[2];
+            Some(TriangleHit { t, u: weights[1] / sum, v: weights[2] / sum })
+        }
+        Ratio::Outside => None,
+        Ratio::Uncertain => intersect_exact(ray, corners),
+    }
+}
+
+/// t = n·(a − o) / n·d in double-double.
+#[inline]
+fn depth(ray: &PreparedRay, corners: [Vec3; 3]) -> Ratio {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let Some(n) = exact_edges(a, b, c).filter(|_| ray.tame).map(|(e, f)| cross(e, f)) else {
+        return Ratio::Uncertain;
+    };
+    let to_plane = Double3::difference(a, ray.origin);
+    let size = n.hi().abs();
+    let numerator = Bounded::new(n.dot(&to_plane), 15.0, size.dot(to_plane.hi().abs()));
+    let denominator = Bounded::new(n.dot_f64(ray.direction), 12.0, size.dot(ray.direction.abs()));
+    ratio_inside(numerator, denominator, ray.t_min, ray.t_max)
+}
+
+/// The edges from the first corner, if f64 holds them exactly; it does unless their exponents lie far apart.
+#[inline]
+fn exact_edges(a: DVec3, b: DVec3, c: DVec3) -> Option<(DVec3, DVec3)> {
+    let (e, f) = (b - a, c - a);
+    let rounded = |to: f64, from: f64| two_sum(to, -from).lo != 0.0;
+    let any = |to: DVec3| rounded(to.x, a.x) | rounded(to.y, a.y) | rounded(to.z, a.z);
+    (!(any(b) | any(c))).then_some((e, f))
+}
+
+/// The cross product of exact vectors; each component within 3u² of itself.
+#[inline]
+fn cross(e: DVec3, f: DVec3) -> Double3 {
+    let component = |p: f64, q: f64, r: f64, s: f64| two_product(p, q).sub(two_product(r, s));
+    Double3 { xyz: [component(e.y, f.z, e.z, f.y), component(e.z, f.x, e.x, f.z), component(e.x, f.y, e.y, f.x)] }
+}
+
+/// [`intersect`] in exact arithmetic.
+#[cold]
+pub fn intersect_exact(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
+    count_exact_test();
+    let origin = Dyadic::vector(ray.origin);
+    let direction = Dyadic::vector(ray.direction);
+    let [a, b, c] = corners.map(|corner| Dyadic::difference(&Dyadic::vector(corner.as_dvec3()), &origin));
+    let weight = |p, q| Dyadic::dot(&direction, &Dyadic::cross(p, q));
+    let weights = [weight(&b, &c), weight(&c, &a), weight(&a, &b)];
+    let signs = weights.each_ref().map(Dyadic::sign);
+    let sum = weights[0].add(&weights[1]).add(&weights[2]);
+    if (signs.contains(&1) && signs.contains(&-1)) || sum.sign() == 0 {
+        return None;
+    }
+    let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
+    let t = Dyadic::dot(&n, &a).guarded_quotient(&Dyadic::dot(&n, &direction))?.to_f64();
+    let share = |i: usize| weights[i].guarded_quotient(&sum).map_or(0.0, |w| w.to_f64());
+    (t > ray.t_min && t < ray.t_max).then(|| TriangleHit { t, u: share(1), v: share(2) })
+}
+
+/// Whether the corners lie on one line or point, so that no ray can hit the triangle. Corners must be finite.
+pub fn is_degenerate(corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    // f32 corners are tame, so differences are exact or rounded by u: 3u for each product, u for their difference. Each component of the cross product is
+    // certainly not zero when it is above what its rounding can make of nothing.
+    let (e, f) = (b - a, c - a);
+    let size = |p: f64, q: f64, r: f64, s: f64| ((p * q).abs() + (r * s).abs()) * (5.0 * U);
+    let n = e.cross(f).abs();
+    let certain = n.x > size(e.y, f.z, e.z, f.y) || n.y > size(e.z, f.x, e.x, f.z) || n.z > size(e.x, f.y, e.y, f.x);
+    if certain {
+        return false;
+    }
+    let [a, b, c] = [a, b, c].map(Dyadic::vector);
+    let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
+    n.iter().all(|component| component.sign() == 0)
+}
+
+/// The unit normal by the winding, of a triangle that is not degenerate; each component within a few u.
 pub fn unit_normal(corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3());
-    (b - a).cross(c - a).normalize_or_zero()
+    let n = match exact_edges(a, b, c) {
+        Some((e, f)) => cross(e, f).hi(),
+        None => {
+            let [a, b, c] = [a, b, c].map(Dyadic::vector);
+            let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
+            DVec3::from_array(n.map(|component| component.to_f64()))
+        }
+    };
+    // f32 corners bound the normal by 2²⁵⁸ and 2⁻²⁹⁸: its square cannot leave the range of f64 (2^±1022).
+    n.normalize_or_zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{dvec3, vec3};
+
+    fn ray(origin: DVec3, direction: DVec3) -> PreparedRay {
+        PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap()
+    }
+
+    const CORNERS: [Vec3; 3] = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)];
+
+    #[test]
+    fn a_hit_has_its_depth_and_weights_from_both_sides() {
+        for side in [1.0, -1.0] {
+            let down = ray(dvec3(0.25, 0.5, 2.0 * side), dvec3(0.0, 0.0, -side));
+            assert_eq!(intersect(&down, CORNERS), Some(TriangleHit { t: 2.0, u: 0.25, v: 0.5 }));
+        }
+    }
+
+    #[test]
+    fn edges_and_corners_are_inside_and_the_next_float_is_not() {
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.25, 0.0), (0.0, 0.75)] {
+            let hit = intersect(&ray(dvec3(x, y, 1.0), dvec3(0.0, 0.0, -1.0)), CORNERS);
+            assert_eq!(hit, Some(TriangleHit { t: 1.0, u: x, v: y }), "({x}, {y})");
+        }
+        let beside = ray(dvec3((-0.0f64).next_down(), 0.5, 1.0), dvec3(0.0, 0.0, -1.0));
+        assert_eq!(intersect(&beside, CORNERS), None);
+        let beyond = ray(dvec3(0.5f64.next_up(), 0.5, 1.0), dvec3(0.0, 0.0, -1.0));
+        assert_eq!(intersect(&beyond, CORNERS), None);
+    }
+
+    #[test]
+    fn a_ray_in_the_plane_misses() {
+        assert_eq!(intersect(&ray(dvec3(-1.0, 0.25, 0.0), dvec3(1.0, 0.0, 0.0)), CORNERS), None);
+        assert_eq!(intersect(&ray(dvec3(-1.0, 0.0, 0.0), dvec3(1.0, 0.0, 0.0)), CORNERS), None);
+    }
+
+    #[test]
+    fn collinear_corners_are_degenerate_and_needles_are_not() {
+        assert!(is_degenerate([Vec3::ZERO, Vec3::ONE, Vec3::splat(3.0)]));
+        assert!(is_degenerate([Vec3::ONE; 3]));
+        assert!(is_degenerate([vec3(0.1, 0.2, 0.3), vec3(0.1, 0.2, 0.3), vec3(5.0, 6.0, 7.0)]));
+        assert!(!is_degenerate([Vec3::ZERO, Vec3::ONE, vec3(3.0, 3.0, 3.0f32.next_up())]));
+        assert!(!is_degenerate([Vec3::ZERO, vec3(1e-40, 0.0, 0.0), vec3(0.0, 1e-40, 0.0)]));
+    }
+
+    #[test]
+    fn normals_of_tiny_and_huge_triangles_are_of_unit_length() {
+        for size in [1e-40f32, 1e-20, 1.0, 1e20, 1e38] {
+            let n = unit_normal([Vec3::ZERO, vec3(size, 0.0, 0.0), vec3(0.0, size, 0.0)]);
+            assert_eq!(n, DVec3::Z, "{size:e}");
+        }
+    }
 }

@@ -1,9 +1,16 @@
 //! From a compiled world to a film: samples, camera rays, tiles, shading. Reads no file and no clock, prints nothing.
 
+mod camera_ray;
+mod sampler;
+mod shade;
+mod surface;
+mod tile;
+mod trace;
+
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::accel::Accel;
-use crate::film::{Film, Region};
+use crate::film::{Film, Plane, Region, Samples};
 use crate::world::{Camera, World};
 
 /// How the samples of a pixel are placed.
@@ -73,6 +80,16 @@ pub struct RayCounts {
 }
 
 impl RayCounts {
+    /// Adds the counts of another.
+    fn add(&mut self, other: &RayCounts) {
+        let RayCounts { camera, camera_hit, reflection, refraction, shadow } = other;
+        self.camera += camera;
+        self.camera_hit += camera_hit;
+        self.reflection += reflection;
+        self.refraction += refraction;
+        self.shadow += shadow;
+    }
+
     /// Rays of all kinds.
     pub fn total(&self) -> u64 {
         self.camera + self.reflection + self.refraction + self.shadow
@@ -86,6 +103,8 @@ pub struct Rendered {
     pub film: Film,
     /// Rays by kind.
     pub rays: RayCounts,
+    /// Primitive tests that f64 and double-double could not decide.
+    pub exact_tests: u64,
 }
 
 /// The render was asked to stop before it was finished.
@@ -110,6 +129,34 @@ pub fn render(
     settings: &Settings,
     control: &Control,
 ) -> Result<Rendered, Stopped> {
-    let _ = (world, accel, camera, settings, control);
-    Err(Stopped)
+    let features = world.features();
+    let job = tile::Job {
+        scene: trace::Scene {
+            world,
+            accel,
+            shading: shade::Shading::new(&features),
+            max_depth: settings.max_depth,
+            clamp: settings.course,
+        },
+        camera: camera_ray::CameraRays::new(camera),
+        pattern: sampler::Pattern::new(settings),
+        settings,
+        control,
+    };
+    let n_pixels = settings.region.n_pixels();
+    let plane = |name: &str| Plane {
+        name: name.to_owned(),
+        samples: match settings.course {
+            true => Samples::F64(vec![0.0; n_pixels]),
+            false => Samples::F32(vec![0.0; n_pixels]),
+        },
+    };
+    let mut film = Film {
+        width_px: camera.width_px,
+        height_px: camera.height_px,
+        data_window: settings.region,
+        planes: ["R", "G", "B", "A"].map(plane).into(),
+    };
+    let tally = tile::render_tiles(&job, &mut film)?;
+    Ok(Rendered { film, rays: tally.rays, exact_tests: tally.exact_tests })
 }

@@ -22,7 +22,7 @@ pub use id::{MaterialId, MeshId, ObjectId};
 pub use light::Lights;
 pub use material::{Material, Materials};
 pub use prim::{PrimKind, PrimRef};
-pub use quadric::{Quadric, Quadrics};
+pub use quadric::Quadrics;
 pub use ray::{Hit, Ray};
 pub use sphere::Spheres;
 pub use triangle::{Dropped, MeshInput, Meshes, Triangles};

@@ -1,6 +1,7 @@
 //! The enum over all kinds of primitives, and the only `match`es over it.
 
-use super::{Bounds, Hit, MaterialId, ObjectId, Ray, World};
+use super::{Bounds, Hit, MaterialId, ObjectId, World};
+use crate::numeric::prepared::PreparedRay;
 
 /// The kinds of primitives. The order is the order of ties: at equal `t` a sphere is hit before a quadric before a
 /// triangle, and within a kind the lower row.
@@ -65,7 +66,7 @@ impl PrimRef {
     }
 
     /// The hit of this primitive by the ray that comes first within the ray's interval.
-    pub fn intersect(self, world: &World, ray: &Ray) -> Option<Hit> {
+    pub fn intersect(self, world: &World, ray: &PreparedRay) -> Option<Hit> {
         match self.kind() {
             PrimKind::Sphere => world.spheres.intersect(self.row(), ray),
             PrimKind::Quadric => world.quadrics.intersect(self.row(), ray),

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::PrimRef;
+use crate::numeric::prepared::PreparedRay;
 
 /// A ray: the points `origin + t * direction` with `t_min < t < t_max`.
 ///
@@ -31,6 +32,12 @@ impl Ray {
     #[inline]
     pub fn until(self, t_max: f64) -> Ray {
         Ray { t_max, ..self }
+    }
+
+    /// The ray as the kernels want it; `None` when it can hit nothing (see [`PreparedRay::new`]).
+    #[inline]
+    pub fn prepare(&self) -> Option<PreparedRay> {
+        PreparedRay::new(self.origin, self.direction, self.t_min, self.t_max)
     }
 
     /// The point at `t`.

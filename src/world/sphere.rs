@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use super::{Bounds, MaterialId, ObjectId};
+use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind, PrimRef};
+use crate::numeric::prepared::PreparedRay;
+use crate::numeric::sphere::intersect;
 
 /// Spheres as columns.
 #[derive(Clone, Debug, Default)]
@@ -52,16 +54,15 @@ impl Spheres {
         Spheres::box_of(self.centers[row], self.radii[row]).unwrap_or(everything)
     }
 
+    /// The first hit of a row within the ray's interval.
+    #[inline]
+    pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
+        let t = intersect(ray, self.centers[row], self.radii[row])?;
+        Some(Hit { t, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Sphere, row) })
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         self.len() * (size_of::<DVec3>() + size_of::<f64>() + size_of::<MaterialId>() + size_of::<ObjectId>())
-    }
-}
-
-impl Spheres {
-    /// The first hit of a row within the ray's interval.
-    pub fn intersect(&self, row: usize, ray: &super::Ray) -> Option<super::Hit> {
-        let _ = (row, ray);
-        None
     }
 }

@@ -2,9 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Bounds, MaterialId, MeshId, ObjectId, PrimRef, World};
+use super::{Bounds, Hit, MaterialId, MeshId, ObjectId, PrimKind, PrimRef, World};
 use crate::error::{Error, Place, Problem};
-use crate::numeric::triangle::is_degenerate;
+use crate::numeric::prepared::PreparedRay;
+use crate::numeric::triangle::{TriangleHit, intersect, is_degenerate, unit_normal};
 
 /// Triangles of all meshes, mesh after mesh.
 #[derive(Clone, Debug, Default)]
@@ -81,7 +82,14 @@ impl Triangles {
 
     /// The unit normal of the plane, by the winding.
     pub fn ng(&self, row: usize) -> DVec3 {
-        crate::numeric::triangle::unit_normal(self.corners(row))
+        unit_normal(self.corners(row))
+    }
+
+    /// The hit of a row within the ray's interval.
+    #[inline]
+    pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
+        let TriangleHit { t, u, v } = intersect(ray, self.corners(row))?;
+        Some(Hit { t, u, v, prim: PrimRef::new(PrimKind::Triangle, row) })
     }
 
     /// Bytes held.
@@ -202,12 +210,4 @@ fn check_mesh(mesh: &MeshInput, world: &World) -> Result<(), Error> {
             .into());
     }
     Ok(())
-}
-
-impl Triangles {
-    /// The hit of a row within the ray's interval.
-    pub fn intersect(&self, row: usize, ray: &super::Ray) -> Option<super::Hit> {
-        let _ = (row, ray);
-        None
-    }
 }

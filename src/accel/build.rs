@@ -1,0 +1,105 @@
+//! The binary tree, built by obvhs (this is its only importer): PLOC (Meister and Bittner 2018) with reinsertion
+//! (Meister and Bittner 2018, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization").
+//!
+//! obvhs pairs neighbours, and among boxes that are all the same a pairing pass finds one pair: a thousand copies give
+//! a chain a thousand deep, and a hundred thousand do not finish. So each distinct box is handed over once; what
+//! shares a box stays together in one run of the order.
+
+use glam::Vec3A;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rayon::prelude::*;
+
+use super::duplicate::group_by_box;
+use crate::world::{Bounds, PrimRef, World};
+
+/// A binary tree over runs of primitives. Children stand behind their parents.
+#[derive(Clone, Debug, Default)]
+pub struct BinaryTree {
+    /// Nodes; the root is the first.
+    pub nodes: Vec<BinaryNode>,
+    /// Primitives in leaf order: each subtree is one run.
+    pub order: Vec<PrimRef>,
+}
+
+/// A node of a [`BinaryTree`].
+#[derive(Clone, Copy, Debug)]
+pub struct BinaryNode {
+    /// The box.
+    pub bounds: Bounds,
+    /// Children, or `None` for a leaf.
+    pub children: Option<[u32; 2]>,
+    /// First primitive below, in the order.
+    pub first: u32,
+    /// Primitives below.
+    pub n_prims: u32,
+}
+
+/// Share of nodes that reinsertion tries to place better; obvhs calls this its medium preset.
+const REINSERTION_RATIO: f32 = 0.05;
+
+/// Builds the tree over the primitives, whose boxes stand beside them.
+pub fn build(world: &World, prims: Vec<PrimRef>, boxes: &[Bounds]) -> BinaryTree {
+    let groups = group_by_box(world, prims, boxes);
+    if groups.boxes.is_empty() {
+        return BinaryTree::default();
+    }
+    let bvh = build_bvh2(&groups.boxes);
+
+    // Walk the tree depth first: children behind parents, primitives in the order of leaves.
+    let mut tree =
+        BinaryTree { nodes: Vec::with_capacity(bvh.nodes.len()), order: Vec::with_capacity(groups.prims.len()) };
+    let mut stack = vec![(0u32, None::<(u32, usize)>)];
+    while let Some((source, parent)) = stack.pop() {
+        let node = &bvh.nodes[source as usize];
+        let index = tree.nodes.len() as u32;
+        if let Some((parent, side)) = parent
+            && let Some(children) = &mut tree.nodes[parent as usize].children
+        {
+            children[side] = index;
+        }
+        let first = tree.order.len() as u32;
+        let children = if node.is_leaf() {
+            let leaf = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+            for &group in &bvh.primitive_indices[leaf] {
+                tree.order.extend_from_slice(groups.members(group as usize));
+            }
+            None
+        } else {
+            stack.push((node.first_index + 1, Some((index, 1))));
+            stack.push((node.first_index, Some((index, 0))));
+            Some([0, 0])
+        };
+        let bounds = Bounds { lo: node.aabb().min.into(), hi: node.aabb().max.into() };
+        tree.nodes.push(BinaryNode { bounds, children, first, n_prims: tree.order.len() as u32 - first });
+    }
+    tree.count_prims();
+    tree
+}
+
+fn build_bvh2(boxes: &[Bounds]) -> Bvh2 {
+    let aabbs: Vec<Aabb> = boxes.par_iter().map(|b| Aabb { min: Vec3A::from(b.lo), max: Vec3A::from(b.hi) }).collect();
+    let indices = (0..boxes.len() as u32).collect();
+    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::Medium,
+        &aabbs,
+        indices,
+        SortPrecision::U64,
+        3,
+    );
+    ReinsertionOptimizer::default().run(&mut bvh, REINSERTION_RATIO, None);
+    bvh
+}
+
+impl BinaryTree {
+    /// Sums the primitives below each inner node. Depth-first order makes its run begin where the node stands.
+    fn count_prims(&mut self) {
+        for index in (0..self.nodes.len()).rev() {
+            if let Some([left, right]) = self.nodes[index].children {
+                self.nodes[index].n_prims = self.nodes[left as usize].n_prims + self.nodes[right as usize].n_prims;
+            }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! The tree that rays walk: nodes of eight children, leaves of one kind.
+
+use super::slab::{Slabs, WIDTH};
+use crate::world::{Bounds, PrimKind, PrimRef};
+
+/// Primitives in a leaf at most.
+pub const MAX_LEAF: usize = 8;
+
+/// A node: eight boxes and what lies in them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct WideNode {
+    /// Boxes of the children.
+    pub slabs: Slabs,
+    /// Index of a child node, or of the first row of a leaf.
+    pub child: [u32; WIDTH],
+    /// What the children are.
+    pub tag: [Tag; WIDTH],
+}
+
+const _: () = assert!(size_of::<WideNode>() == 256);
+
+/// Kind and size of a child: a node, or a leaf of up to eight primitives of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Tag(u8);
+
+impl Tag {
+    /// A node, or an unused slot.
+    pub const NODE: Tag = Tag(0);
+
+    /// A leaf of 1 to [`MAX_LEAF`] primitives.
+    #[inline]
+    pub fn leaf(kind: PrimKind, n_prims: usize) -> Tag {
+        debug_assert!((1..=MAX_LEAF).contains(&n_prims));
+        Tag((kind as u8) << 4 | n_prims as u8)
+    }
+
+    /// Primitives of a leaf; 0 for a node.
+    #[inline]
+    pub fn n_prims(self) -> usize {
+        usize::from(self.0 & 0x0f)
+    }
+
+    /// Kind of a leaf.
+    #[inline]
+    pub fn kind(self) -> PrimKind {
+        match self.0 >> 4 {
+            0 => PrimKind::Sphere,
+            1 => PrimKind::Quadric,
+            _ => PrimKind::Triangle,
+        }
+    }
+}
+
+/// A finished tree. A leaf of triangles is a run of `corners` and `triangle_rows`, any other leaf a run of `prims`.
+/// Corners are copied into leaf order, so that a leaf reads one run of memory.
+#[derive(Clone, Debug, Default)]
+pub struct WideTree {
+    /// Nodes; the root is the first. Empty when there is nothing bounded.
+    pub nodes: Vec<WideNode>,
+    /// Corners of triangles in leaf order.
+    pub corners: Vec<[glam::Vec3; 3]>,
+    /// Their rows.
+    pub triangle_rows: Vec<u32>,
+    /// Spheres and quadrics in leaf order.
+    pub prims: Vec<PrimRef>,
+    /// Levels on the longest path, the root being 1.
+    pub depth: usize,
+}
+
+impl WideNode {
+    /// A node of unused slots.
+    pub const EMPTY: WideNode = WideNode { slabs: Slabs::EMPTY, child: [0; WIDTH], tag: [Tag::NODE; WIDTH] };
+
+    /// Fills a slot.
+    pub fn set(&mut self, slot: usize, bounds: &Bounds, child: u32, tag: Tag) {
+        for axis in 0..3 {
+            self.slabs.lo[axis][slot] = bounds.lo[axis];
+            self.slabs.hi[axis][slot] = bounds.hi[axis];
+        }
+        self.child[slot] = child;
+        self.tag[slot] = tag;
+    }
+
+    /// Slots in use.
+    pub fn slots(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..WIDTH).filter(|&slot| self.slabs.lo[0][slot] <= self.slabs.hi[0][slot])
+    }
+
+    /// The box of a slot in use.
+    pub fn bounds(&self, slot: usize) -> Bounds {
+        let corner = |planes: &[[f32; WIDTH]; 3]| glam::Vec3::from_array(planes.map(|plane| plane[slot]));
+        Bounds { lo: corner(&self.slabs.lo), hi: corner(&self.slabs.hi) }
+    }
+}
+
+impl WideTree {
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        self.nodes.len() * size_of::<WideNode>()
+            + self.corners.len() * size_of::<[glam::Vec3; 3]>()
+            + self.triangle_rows.len() * size_of::<u32>()
+            + self.prims.len() * size_of::<PrimRef>()
+    }
+
+    /// Leaves, and the expected cost of a random ray through the root box: one for each node visited and one for
+    /// each primitive tested, weighted by the chance to meet its box (Goldsmith and Salmon 1987).
+    pub fn leaves_and_sah_cost(&self) -> (usize, f64) {
+        let area = |b: Bounds| {
+            let e = b.extent();
+            e.x * e.y + e.y * e.z + e.z * e.x
+        };
+        let Some(root) = self.nodes.first() else { return (0, 0.0) };
+        let root_area = root.slots().map(|slot| root.bounds(slot)).reduce(Bounds::union).map_or(0.0, area);
+        let mut n_leaves = 0;
+        let mut cost = root_area;
+        for (node, slot) in self.nodes.iter().flat_map(|node| node.slots().map(move |slot| (node, slot))) {
+            let n_prims = node.tag[slot].n_prims();
+            n_leaves += usize::from(n_prims > 0);
+            cost += area(node.bounds(slot)) * n_prims.max(1) as f64;
+        }
+        (n_leaves, if root_area > 0.0 { cost / root_area } else { 0.0 })
+    }
+}

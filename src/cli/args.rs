@@ -1,0 +1,251 @@
+//! What the command line accepts. Every name here is stable.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+
+use super::value;
+use crate::film::Region;
+
+/// The largest width or height: EXR and PNG keep lengths in 31 bits.
+const MAX_LENGTH_PX: i64 = i32::MAX as i64;
+/// Far beyond what converges any picture; it keeps a slip of the finger from running for days unnoticed.
+const MAX_SAMPLES: i64 = 1 << 20;
+/// Mirrors lose light at every bounce; nothing is left to see after this many.
+const MAX_DEPTH: i64 = 10_000;
+/// A tile is one worker's piece of work; beyond this there is only one of them in most images.
+const MAX_TILE_SIZE_PX: i64 = 1024;
+/// More threads than any machine has cores.
+const MAX_THREADS: i64 = 1024;
+
+const EXAMPLES: &str = "\
+Examples:
+  flatray                                   Render the built-in scene to flatray.exr and flatray.png
+  flatray render scene.toml                 Render a scene to scene.exr and scene.png
+  flatray render dragon.ply.gz -o dragon.png --width 1920 --height 1080
+  flatray info scene.toml                   What a scene holds and what it costs
+  flatray diff a.exr b.exr --max-rmse 1e-4  Compare two images
+
+Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted.";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  flatray render                            The built-in scene
+  flatray render scene.toml -o out.exr      Only an EXR, scene-linear
+  flatray render bunny.ply --up z --samples 64
+  flatray render scene.toml --crop 100,50,300,250 --stats stats.json
+  flatray render scene.toml --compat course The original's image, byte for byte
+
+The command line overrules the scene's [render] table, which overrules the defaults.
+Nothing is written unless the render succeeds; files appear whole or not at all.
+
+Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted.";
+
+const INFO_EXAMPLES: &str = "\
+Examples:
+  flatray info scene.toml
+  flatray info dragon.ply.gz --json
+
+Keys of --json: input, primitives {spheres, quadrics, unbounded_quadrics, triangles, meshes, vertices},
+bounds {lo, hi} (null without a bounded primitive), materials [{name, ambient, diffuse, specular,
+reflectance, shininess}] (colours already multiplied by k_a, k_d, k_s), lights [{position, intensity}],
+camera {position, fov_y_degrees, width, height}, background, features {found, skipped},
+memory_bytes {one key per table, total}, bvh {nodes, leaves, depth, sah_cost, build_seconds,
+memory_bytes}, load_seconds, warnings [text].";
+
+const DIFF_EXAMPLES: &str = "\
+Examples:
+  flatray diff render.exr reference.exr
+  flatray diff a.png b.png --max-differing 0.1 --out difference.png
+  flatray diff a.png b.exr --linear --json
+
+Colour is compared scene-linear, alpha is not compared. Keys, in text and JSON:
+  differing  pixels with any differing channel; JSON has differing_percent beside it
+  max        largest absolute difference of any channel
+  mae, rmse  mean absolute and root mean square difference over all channels
+  psnr       20 log10(1 / rmse) in decibels; null when the images are equal
+  p999       99.9 % of the pixels differ by no more than this
+JSON also has width, height, infinite (pixels that differ by infinity or NaN) and, between two
+8-bit files, levels {differing, more_than_8, max} of the stored bytes.
+A figure that JSON has no number for is null.
+
+Exit codes: 0 within every limit given, 1 over a limit or unreadable, 2 wrong usage.";
+
+/// flatray: a Whitted ray tracer.
+#[derive(Debug, Parser)]
+#[command(
+    name = "flatray",
+    version,
+    about = "A data-oriented Whitted ray tracer",
+    long_about = "A data-oriented Whitted ray tracer. A scene or a mesh in, EXR and PNG out.\n\
+                  Without a command it renders its built-in scene.",
+    after_help = EXAMPLES,
+    max_term_width = 100
+)]
+pub struct Cli {
+    /// What to do; `render` of the built-in scene unless said.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene or a mesh
+    Render(Box<RenderArgs>),
+    /// Say what a scene or a mesh holds, and what it costs
+    Info(InfoArgs),
+    /// Compare two images
+    Diff(DiffArgs),
+}
+
+/// Arguments of `flatray render`.
+#[derive(Args, Clone, Debug, Default)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub struct RenderArgs {
+    /// A scene (.toml) or a mesh (.ply .obj .stl, plain or .gz); the built-in scene unless given
+    pub input: Option<PathBuf>,
+
+    /// Write an image, .exr, .png or .pfm by its extension; repeat for several [default: STEM.exr and STEM.png]
+    #[arg(short, long = "output", value_name = "FILE", help_heading = "Output")]
+    pub outputs: Vec<PathBuf>,
+    /// Write times, rays and memory as JSON
+    #[arg(long, value_name = "FILE.json", help_heading = "Output")]
+    pub stats: Option<PathBuf>,
+    /// Exposure of the PNG in stops; the EXR is scene-linear [default: 0]
+    #[arg(long, value_name = "EV", value_parser = value::exposure_ev, allow_negative_numbers = true,
+          help_heading = "Output")]
+    pub exposure: Option<f64>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Output")]
+    pub quiet: bool,
+
+    /// Width of the image in pixels
+    #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..=MAX_LENGTH_PX), help_heading = "Image")]
+    pub width: Option<u32>,
+    /// Height of the image in pixels
+    #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..=MAX_LENGTH_PX), help_heading = "Image")]
+    pub height: Option<u32>,
+    /// Render only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = value::crop, help_heading = "Image")]
+    pub crop: Option<Region>,
+    /// Vertical field of view in degrees
+    #[arg(long, value_name = "DEG", value_parser = value::fov_degrees, allow_negative_numbers = true,
+          help_heading = "Image")]
+    pub fov: Option<f64>,
+    /// The axis of a mesh file that points up [default: y]
+    #[arg(long, value_name = "AXIS", help_heading = "Image")]
+    pub up: Option<UpArg>,
+
+    /// Samples per pixel; one sample is the pixel's centre [default: 16]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES), help_heading = "Quality")]
+    pub samples: Option<u32>,
+    /// Where samples lie; center means one sample [default: jitter]
+    #[arg(long, value_name = "SAMPLER", help_heading = "Quality")]
+    pub sampler: Option<SamplerArg>,
+    /// Seed of the jitter [default: 0]
+    #[arg(long, value_name = "N", help_heading = "Quality")]
+    pub seed: Option<u64>,
+    /// Longest chain of rays, the camera ray being 1 [default: 5]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_DEPTH), help_heading = "Quality")]
+    pub max_depth: Option<u32>,
+    /// Be another renderer, bit for bit: fixes samples, depth, clamping and PNG encoding
+    #[arg(long, value_name = "RENDERER", conflicts_with = "exposure", help_heading = "Quality")]
+    pub compat: Option<CompatArg>,
+
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_THREADS), help_heading = "Speed")]
+    pub threads: Option<u32>,
+    /// Edge of the square tiles in pixels [default: 32]
+    #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..=MAX_TILE_SIZE_PX),
+          help_heading = "Speed")]
+    pub tile_size: Option<u32>,
+    /// How hits are found; both give the same bits [default: bvh]
+    #[arg(long, value_name = "KIND", help_heading = "Speed")]
+    pub accel: Option<AccelArg>,
+}
+
+/// Arguments of `flatray info`.
+#[derive(Args, Debug)]
+#[command(after_help = INFO_EXAMPLES)]
+pub struct InfoArgs {
+    /// A scene (.toml) or a mesh (.ply .obj .stl, plain or .gz)
+    pub input: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `flatray diff`.
+#[derive(Args, Debug)]
+#[command(after_help = DIFF_EXAMPLES)]
+pub struct DiffArgs {
+    /// The image to judge: .png, .exr or .pfm
+    pub a: PathBuf,
+    /// The image to judge it by
+    pub b: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Take PNG values as linear, whatever the file says; else its chunks say, and sRGB without them
+    #[arg(long)]
+    pub linear: bool,
+    /// Write a picture of the differences, white where they are largest
+    #[arg(long, value_name = "D.png")]
+    pub out: Option<PathBuf>,
+    /// Fail when more percent of the pixels differ
+    #[arg(long, value_name = "PERCENT", value_parser = value::limit, help_heading = "Limits")]
+    pub max_differing: Option<f64>,
+    /// Fail when the largest difference is larger
+    #[arg(long, value_name = "X", value_parser = value::limit, help_heading = "Limits")]
+    pub max_abs: Option<f64>,
+    /// Fail when the mean absolute difference is larger
+    #[arg(long, value_name = "X", value_parser = value::limit, help_heading = "Limits")]
+    pub max_mae: Option<f64>,
+    /// Fail when the root mean square difference is larger
+    #[arg(long, value_name = "X", value_parser = value::limit, help_heading = "Limits")]
+    pub max_rmse: Option<f64>,
+    /// Fail when the 99.9th percentile is larger
+    #[arg(long, value_name = "X", value_parser = value::limit, help_heading = "Limits")]
+    pub max_p999: Option<f64>,
+    /// Fail when the peak signal-to-noise ratio is smaller
+    #[arg(long, value_name = "DB", value_parser = value::decibels, allow_negative_numbers = true,
+          help_heading = "Limits")]
+    pub min_psnr: Option<f64>,
+}
+
+/// `--sampler`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SamplerArg {
+    /// One sample in the pixel's centre
+    Center,
+    /// Centres of equal cells
+    Grid,
+    /// A random point in each of equal cells
+    Jitter,
+}
+
+/// `--up`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpArg {
+    /// +y
+    Y,
+    /// +z
+    Z,
+}
+
+/// `--accel`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AccelArg {
+    /// Bounding volume hierarchy
+    Bvh,
+    /// Every ray against every primitive
+    Linear,
+}
+
+/// `--compat`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CompatArg {
+    /// The course's template: 2×2 samples, depth 5, clamped bounces, linear bytes
+    Course,
+}

@@ -1,0 +1,115 @@
+//! What memory the machine has, and what a render will want of it.
+
+use std::fs;
+
+use super::quantity;
+use crate::accel::AccelKind;
+use crate::error::{Error, Place, Problem};
+use crate::render::Settings;
+use crate::world::World;
+
+/// Four planes of f32, or of f64 in the compatible mode.
+const FILM_BYTES_PER_PIXEL: u64 = 16;
+const COURSE_FILM_BYTES_PER_PIXEL: u64 = 32;
+
+/// What building the BVH wants at its peak for one primitive: two binary nodes of 32 bytes with their indices, a box
+/// of 32, a sort key with its copy of 32, and the finished leaf beside them.
+const BUILD_BYTES_PER_PRIM: u64 = 224;
+
+/// What a render has and wants, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Need {
+    /// The image's planes.
+    pub film: u64,
+    /// The tables: already there when this is asked.
+    pub tables: u64,
+    /// An upper estimate for building the acceleration structure.
+    pub accel: u64,
+}
+
+impl Need {
+    /// What a render of these settings wants.
+    pub fn of(world: &World, settings: &Settings, kind: AccelKind) -> Need {
+        let per_pixel = if settings.course { COURSE_FILM_BYTES_PER_PIXEL } else { FILM_BYTES_PER_PIXEL };
+        let n_pixels = u64::from(settings.region.width_px()) * u64::from(settings.region.height_px());
+        let accel = match kind {
+            AccelKind::Bvh => world.n_prims() as u64 * BUILD_BYTES_PER_PRIM,
+            AccelKind::Linear => 0,
+        };
+        Need { film: n_pixels.saturating_mul(per_pixel), tables: table_bytes(world), accel }
+    }
+
+    /// Refuses what does not fit. `available` is what the system says it can still give, if it says.
+    ///
+    /// # Errors
+    /// When film and acceleration structure are larger than what is left, or than one allocation may be.
+    pub fn check(&self, available: Option<u64>) -> Result<(), Error> {
+        let still_wanted = self.film.saturating_add(self.accel);
+        if available.is_some_and(|available| still_wanted > available) || !can_reserve(self.film) {
+            let Need { film, tables, accel } = *self;
+            let what = format!(
+                "the image and the scene do not fit into memory: image {}, scene tables {} (loaded), acceleration up to {}",
+                quantity::bytes(film),
+                quantity::bytes(tables),
+                quantity::bytes(accel)
+            );
+            let left = available.map_or_else(|| "less".to_owned(), |available| quantity::bytes(available) + " free");
+            return Err(Problem::new(Place::default(), what)
+                .found(left)
+                .expected(format!("{} free", quantity::bytes(still_wanted)))
+                .help("render a smaller image, or parts of it with --crop")
+                .into());
+        }
+        Ok(())
+    }
+}
+
+/// Bytes of all tables.
+pub fn table_bytes(world: &World) -> u64 {
+    world.memory_bytes().iter().map(|&(_, bytes)| bytes as u64).sum()
+}
+
+/// Whether the allocator would hand out a block of this size; where no system figure is known (and under `ulimit -v`)
+/// this is what stands between a slip of the finger and an abort.
+fn can_reserve(bytes: u64) -> bool {
+    usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
+}
+
+/// Memory that can be had without swapping, in bytes; `None` where the system does not say.
+pub fn available_bytes() -> Option<u64> {
+    kib_field(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")
+}
+
+/// The most memory this process has held so far, in bytes; `None` where the system does not say.
+pub fn peak_bytes() -> Option<u64> {
+    kib_field(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
+}
+
+/// A line `Name:   123 kB` of a /proc file, in bytes.
+fn kib_field(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_of_proc_files_are_read_in_bytes() {
+        let text = "MemTotal:  100 kB\nMemAvailable:    24 kB\nOdd: 1\n";
+        assert_eq!(kib_field(text, "MemAvailable:"), Some(24 * 1024));
+        assert_eq!(kib_field(text, "Odd:"), None);
+        assert_eq!(kib_field(text, "VmHWM:"), None);
+    }
+
+    #[test]
+    fn a_film_larger_than_memory_is_refused_and_one_that_fits_is_not() {
+        let need = Need { film: 1000, tables: 5000, accel: 500 };
+        assert!(need.check(Some(1500)).is_ok());
+        assert!(need.check(None).is_ok());
+        let message = need.check(Some(1499)).unwrap_err().to_string();
+        assert!(message.contains("do not fit into memory") && message.contains("--crop"), "{message}");
+        assert!(Need { film: u64::MAX, ..need }.check(None).is_err());
+    }
+}

@@ -1,0 +1,107 @@
+//! Which files a render will write, settled and checked before it starts.
+
+use std::path::{Path, PathBuf};
+
+use clap::error::ErrorKind;
+
+use super::args::RenderArgs;
+use super::failure::Failure;
+use super::{files, terminal};
+use crate::film::output::Format;
+
+/// The stem of the files of the built-in scene.
+const BUILT_IN_STEM: &str = "flatray";
+
+/// An image to be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Its format.
+    pub format: Format,
+    /// Where it goes, as the user named it.
+    pub path: PathBuf,
+}
+
+/// The images that the arguments ask for.
+///
+/// # Errors
+/// Wrong usage: an unknown extension, two files of one path, the input as an output. Error: a place where no file can
+/// be made.
+pub fn resolve(args: &RenderArgs) -> Result<Vec<Output>, Failure> {
+    let paths = if args.outputs.is_empty() { default_paths(args.input.as_deref()) } else { args.outputs.clone() };
+    let outputs: Vec<Output> = paths.into_iter().map(output_of).collect::<Result<_, _>>()?;
+
+    let written: Vec<&Path> = outputs.iter().map(|output| output.path.as_path()).chain(args.stats.as_deref()).collect();
+    for (index, path) in written.iter().enumerate() {
+        let same = |other: &Path| identity(other) == identity(path);
+        if written[..index].iter().any(|other| same(other)) {
+            return Err(usage(format!("'{}' is named twice as an output", terminal::shown(path))));
+        }
+        if args.input.as_deref().is_some_and(same) {
+            return Err(usage(format!("'{}' is the input: writing it would destroy it", terminal::shown(path))));
+        }
+    }
+    for path in written {
+        files::check_writable(path)?;
+    }
+    Ok(outputs)
+}
+
+fn usage(message: String) -> Failure {
+    Failure::usage("render", ErrorKind::ValueValidation, message)
+}
+
+fn output_of(path: PathBuf) -> Result<Output, Failure> {
+    match Format::of_path(&path) {
+        Ok(format) => Ok(Output { format, path }),
+        Err(error) => Err(usage(error.to_string())),
+    }
+}
+
+/// STEM.exr and STEM.png in the current directory.
+fn default_paths(input: Option<&Path>) -> Vec<PathBuf> {
+    let stem = input.map_or_else(|| BUILT_IN_STEM.into(), stem_of);
+    ["exr", "png"].into_iter().map(|extension| PathBuf::from(format!("{stem}.{extension}"))).collect()
+}
+
+/// The file name without `.gz` and without the extension before it.
+fn stem_of(input: &Path) -> String {
+    let is_gz = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let unpacked = if is_gz { input.with_extension("") } else { input.to_path_buf() };
+    unpacked.file_stem().map_or_else(|| BUILT_IN_STEM.into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// What two spellings of one path have in common: the real directory, and the name in it.
+fn identity(path: &Path) -> PathBuf {
+    let parent = match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let directory = parent.canonicalize().unwrap_or_else(|_| parent.to_path_buf());
+    directory.join(path.file_name().unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_outputs_are_named_after_the_input_and_stand_in_the_current_directory() {
+        let cases = [
+            (None, "flatray"),
+            (Some("scenes/room.toml"), "room"),
+            (Some("/data/dragon_vrip.ply.gz"), "dragon_vrip"),
+            (Some("a.b.OBJ.GZ"), "a.b"),
+            (Some("cube.stl"), "cube"),
+        ];
+        for (input, stem) in cases {
+            let expected = [format!("{stem}.exr"), format!("{stem}.png")].map(PathBuf::from);
+            assert_eq!(default_paths(input.map(Path::new)), expected, "{input:?}");
+        }
+    }
+
+    #[test]
+    fn two_spellings_of_a_path_are_one() {
+        assert_eq!(identity(Path::new("x.png")), identity(Path::new("./x.png")));
+        assert_ne!(identity(Path::new("x.png")), identity(Path::new("src/x.png")));
+    }
+}

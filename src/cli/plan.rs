@@ -1,0 +1,234 @@
+//! Settles how to render: the command line over the scene's `[render]` table over the defaults.
+
+use clap::error::ErrorKind;
+
+use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg};
+use super::failure::Failure;
+use crate::accel::AccelKind;
+use crate::film::Region;
+use crate::render::{Sampler, Settings};
+use crate::scene::{Compiled, Overrides, RenderKeys, SamplerKey, UpAxis};
+
+const DEFAULT_SAMPLES: u32 = 16;
+const DEFAULT_MAX_DEPTH: u32 = 5;
+const DEFAULT_TILE_SIZE_PX: u32 = 32;
+
+/// The original's 2×2 samples and depth.
+const COURSE_SAMPLES: u32 = 4;
+const COURSE_MAX_DEPTH: u32 = 5;
+
+/// Everything that is settled before a render starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// How to render.
+    pub settings: Settings,
+    /// How to find hits.
+    pub accel: AccelKind,
+    /// Exposure of PNGs in stops.
+    pub exposure_ev: f64,
+}
+
+/// Finds options that contradict each other, before anything is loaded.
+///
+/// # Errors
+/// Wrong usage.
+pub fn check(args: &RenderArgs) -> Result<(), Failure> {
+    let conflict = |message: &str| Err(Failure::usage("render", ErrorKind::ArgumentConflict, message));
+    let several = args.samples.is_some_and(|samples| samples > 1);
+    if args.compat == Some(CompatArg::Course) {
+        if args.samples.is_some_and(|samples| samples != COURSE_SAMPLES) {
+            return conflict("'--compat course' takes 4 samples: leave out '--samples'");
+        }
+        if args.sampler.is_some_and(|sampler| sampler != SamplerArg::Grid) {
+            return conflict("'--compat course' takes its samples on a grid: leave out '--sampler'");
+        }
+        if args.max_depth.is_some_and(|max_depth| max_depth != COURSE_MAX_DEPTH) {
+            return conflict("'--compat course' traces to depth 5: leave out '--max-depth'");
+        }
+    } else if args.sampler == Some(SamplerArg::Center) && several {
+        return conflict("'--sampler center' takes one sample: it cannot be used with '--samples' above 1");
+    }
+    Ok(())
+}
+
+/// What the command line changes about a scene before it is compiled.
+pub fn overrides(args: &RenderArgs) -> Overrides {
+    Overrides {
+        width_px: args.width,
+        height_px: args.height,
+        fov_y_degrees: args.fov,
+        up: args.up.map(|up| match up {
+            UpArg::Y => UpAxis::Y,
+            UpArg::Z => UpAxis::Z,
+        }),
+    }
+}
+
+/// Threads asked for, or one per core.
+pub fn threads(args: &RenderArgs) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, |n| n.get());
+    args.threads.map_or_else(cores, |n| n as usize)
+}
+
+/// Settles the plan for a scene.
+///
+/// # Errors
+/// Wrong usage: a crop that is not inside the image.
+pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
+    let (width_px, height_px) = (scene.camera.width_px, scene.camera.height_px);
+    let region = args.crop.unwrap_or(Region::whole(width_px, height_px));
+    if region.x1 > width_px || region.y1 > height_px {
+        let Region { x0, y0, x1, y1 } = region;
+        let message = format!("'--crop {x0},{y0},{x1},{y1}' reaches out of the image of {width_px}x{height_px} pixels");
+        return Err(Failure::usage("render", ErrorKind::ValueValidation, message));
+    }
+    let course = args.compat == Some(CompatArg::Course);
+    let (sampler, samples) = if course { (Sampler::Grid, COURSE_SAMPLES) } else { sampling(args, &scene.render) };
+    let max_depth =
+        if course { COURSE_MAX_DEPTH } else { args.max_depth.or(scene.render.max_depth).unwrap_or(DEFAULT_MAX_DEPTH) };
+    let settings = Settings {
+        samples,
+        sampler,
+        seed: args.seed.or(scene.render.seed).unwrap_or(0),
+        max_depth,
+        tile_size_px: args.tile_size.unwrap_or(DEFAULT_TILE_SIZE_PX),
+        threads: threads(args),
+        region,
+        course,
+    };
+    let accel = match args.accel {
+        None | Some(AccelArg::Bvh) => AccelKind::Bvh,
+        Some(AccelArg::Linear) => AccelKind::Linear,
+    };
+    let exposure_ev = args.exposure.or(scene.render.exposure_ev).unwrap_or(0.0);
+    Ok(Plan { settings, accel, exposure_ev })
+}
+
+/// The sampler and its samples. `center` means one sample; whichever of the two is asked for more directly, on the
+/// command line rather than in the scene, decides what becomes of the other.
+fn sampling(args: &RenderArgs, scene: &RenderKeys) -> (Sampler, u32) {
+    let asked = args.sampler.map(sampler_of_arg);
+    let in_scene = scene.sampler.map(sampler_of_key);
+    let overruled = in_scene == Some(Sampler::Center) && args.samples.is_some_and(|samples| samples > 1);
+    let sampler = asked.or(in_scene.filter(|_| !overruled)).unwrap_or_default();
+    let samples = match sampler {
+        Sampler::Center => 1,
+        Sampler::Grid | Sampler::Jitter => args.samples.or(scene.samples).unwrap_or(DEFAULT_SAMPLES),
+    };
+    (sampler, samples)
+}
+
+fn sampler_of_arg(arg: SamplerArg) -> Sampler {
+    match arg {
+        SamplerArg::Center => Sampler::Center,
+        SamplerArg::Grid => Sampler::Grid,
+        SamplerArg::Jitter => Sampler::Jitter,
+    }
+}
+
+fn sampler_of_key(key: SamplerKey) -> Sampler {
+    match key {
+        SamplerKey::Center => Sampler::Center,
+        SamplerKey::Grid => Sampler::Grid,
+        SamplerKey::Jitter => Sampler::Jitter,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat4;
+
+    use super::*;
+    use crate::scene::Names;
+    use crate::world::{Camera, World};
+
+    fn scene(render: RenderKeys) -> Compiled {
+        let camera = Camera { world_from_camera: DMat4::IDENTITY, fov_y_radians: 1.0, width_px: 40, height_px: 30 };
+        Compiled { world: World::default(), camera, render, names: Names::default(), warnings: Vec::new() }
+    }
+
+    fn settings(args: RenderArgs, keys: RenderKeys) -> Settings {
+        settle(&args, &scene(keys)).unwrap().settings
+    }
+
+    #[test]
+    fn the_command_line_overrules_the_scene_which_overrules_the_defaults() {
+        let keys = RenderKeys {
+            samples: Some(9),
+            sampler: Some(SamplerKey::Grid),
+            seed: Some(7),
+            max_depth: Some(3),
+            exposure_ev: Some(1.0),
+        };
+        let plain = settings(RenderArgs::default(), RenderKeys::default());
+        assert_eq!((plain.samples, plain.sampler, plain.seed, plain.max_depth), (16, Sampler::Jitter, 0, 5));
+        assert_eq!((plain.tile_size_px, plain.region), (32, Region::whole(40, 30)));
+
+        let of_scene = settings(RenderArgs::default(), keys.clone());
+        assert_eq!((of_scene.samples, of_scene.sampler, of_scene.seed, of_scene.max_depth), (9, Sampler::Grid, 7, 3));
+
+        let args = RenderArgs {
+            samples: Some(2),
+            sampler: Some(SamplerArg::Jitter),
+            seed: Some(1),
+            max_depth: Some(1),
+            exposure: Some(-2.0),
+            ..RenderArgs::default()
+        };
+        let asked = settings(args.clone(), keys.clone());
+        assert_eq!((asked.samples, asked.sampler, asked.seed, asked.max_depth), (2, Sampler::Jitter, 1, 1));
+        assert_eq!(settle(&args, &scene(keys)).unwrap().exposure_ev, -2.0);
+    }
+
+    #[test]
+    fn the_center_sampler_means_one_sample_and_explicit_samples_overrule_the_scenes_center() {
+        let center = RenderKeys { samples: Some(9), sampler: Some(SamplerKey::Center), ..RenderKeys::default() };
+        assert_eq!(settings(RenderArgs::default(), center.clone()).samples, 1);
+
+        let args = RenderArgs { sampler: Some(SamplerArg::Center), ..RenderArgs::default() };
+        let keys = RenderKeys { samples: Some(9), ..RenderKeys::default() };
+        assert_eq!(settings(args, keys).samples, 1);
+
+        let args = RenderArgs { samples: Some(4), ..RenderArgs::default() };
+        let explicit = settings(args, center);
+        assert_eq!((explicit.samples, explicit.sampler), (4, Sampler::Jitter));
+    }
+
+    #[test]
+    fn the_compatible_mode_ignores_the_scenes_sampling() {
+        let keys = RenderKeys { samples: Some(9), max_depth: Some(2), ..RenderKeys::default() };
+        let args = RenderArgs { compat: Some(CompatArg::Course), ..RenderArgs::default() };
+        let course = settings(args, keys);
+        assert_eq!((course.samples, course.sampler, course.max_depth, course.course), (4, Sampler::Grid, 5, true));
+    }
+
+    #[test]
+    fn contradictions_are_wrong_usage_and_agreement_is_not() {
+        let course = RenderArgs { compat: Some(CompatArg::Course), ..RenderArgs::default() };
+        let wrong = [
+            RenderArgs { sampler: Some(SamplerArg::Center), samples: Some(2), ..RenderArgs::default() },
+            RenderArgs { samples: Some(16), ..course.clone() },
+            RenderArgs { sampler: Some(SamplerArg::Jitter), ..course.clone() },
+            RenderArgs { max_depth: Some(6), ..course.clone() },
+        ];
+        for args in wrong {
+            assert!(matches!(check(&args), Err(Failure::Usage(_))), "{args:?}");
+        }
+        let right = [
+            RenderArgs { sampler: Some(SamplerArg::Center), samples: Some(1), ..RenderArgs::default() },
+            RenderArgs { samples: Some(4), sampler: Some(SamplerArg::Grid), max_depth: Some(5), ..course },
+        ];
+        for args in right {
+            assert!(check(&args).is_ok(), "{args:?}");
+        }
+    }
+
+    #[test]
+    fn a_crop_must_lie_inside_the_image() {
+        let crop = |x1, y1| RenderArgs { crop: Some(Region { x0: 0, y0: 0, x1, y1 }), ..RenderArgs::default() };
+        let keys = RenderKeys::default;
+        assert_eq!(settings(crop(40, 30), keys()).region.n_pixels(), 1200);
+        assert!(matches!(settle(&crop(41, 30), &scene(keys())), Err(Failure::Usage(_))));
+        assert!(matches!(settle(&crop(40, 31), &scene(keys())), Err(Failure::Usage(_))));
+    }
+}

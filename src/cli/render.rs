@@ -1,0 +1,159 @@
+//! `flatray render`: load, build, trace, write; what is shown meanwhile and at the end.
+
+use std::io;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use super::args::RenderArgs;
+use super::failure::Failure;
+use super::files::{self, Writing};
+use super::interrupt::Interrupt;
+use super::memory::{self, Need};
+use super::output::{self, Output};
+use super::plan::{self, Plan};
+use super::progress::Progress;
+use super::stats::{MemoryBytes, Seconds, Stats};
+use super::{diagnostic, terminal};
+use crate::accel::Accel;
+use crate::error::{Error, Place};
+use crate::film::{Display, Film};
+use crate::render::{self, Control, Rendered};
+use crate::scene::Compiled;
+
+/// How often progress is shown and an interrupt noticed.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Runs the command.
+///
+/// # Errors
+/// Wrong usage, bad input, too little memory, an unwritable place, an interrupt.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    plan::check(args)?;
+    let outputs = output::resolve(args)?;
+    let interrupt = Interrupt::listen()?;
+    let mut seconds = Seconds::default();
+
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(plan::threads(args))
+        .build()
+        .map_err(|error| Error::new(Place::default(), format!("cannot start the worker threads: {error}")))?;
+    let overrides = plan::overrides(args);
+    let loaded = timed(&mut seconds.load, || pool.install(|| files::load(args.input.as_deref(), &overrides)));
+    interrupt.check()?;
+    let scene = loaded?;
+    if !args.quiet && !scene.warnings.is_empty() {
+        terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
+    }
+    let plan = plan::settle(args, &scene)?;
+    Need::of(&scene.world, &plan.settings, plan.accel).check(memory::available_bytes())?;
+
+    let accel = timed(&mut seconds.build, || pool.install(|| Accel::build(&scene.world, plan.accel)));
+    drop(pool);
+    interrupt.check()?;
+    let rendered = timed(&mut seconds.trace, || trace(&scene, &accel, &plan, args.quiet, &interrupt))?;
+
+    let write_started = Instant::now();
+    let stats = || Stats {
+        seconds: Seconds {
+            write: write_started.elapsed().as_secs_f64(),
+            total: started.elapsed().as_secs_f64(),
+            ..seconds
+        },
+        rays: rendered.rays.into(),
+        memory_bytes: MemoryBytes {
+            tables: memory::table_bytes(&scene.world),
+            accel: accel.stats().memory_bytes as u64,
+            peak: memory::peak_bytes(),
+        },
+        width: scene.camera.width_px,
+        height: scene.camera.height_px,
+        samples: plan.settings.samples,
+        threads: plan.settings.threads,
+    };
+    let files = writings(&rendered.film, &plan, &outputs, args.stats.as_deref(), &stats, &interrupt);
+    files::write_together(&files).map_err(|error| match interrupt.check() {
+        Ok(()) => Failure::Error(error),
+        Err(interrupted) => interrupted,
+    })?;
+    if !args.quiet {
+        let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
+        terminal::print(&stats().summary(&written))?;
+    }
+    Ok(())
+}
+
+/// Runs a step and notes how long it took.
+fn timed<T>(seconds: &mut f64, step: impl FnOnce() -> T) -> T {
+    let started = Instant::now();
+    let result = step();
+    *seconds = started.elapsed().as_secs_f64();
+    result
+}
+
+/// Renders on another thread while this one shows progress and passes on an interrupt.
+fn trace(
+    scene: &Compiled,
+    accel: &Accel,
+    plan: &Plan,
+    quiet: bool,
+    interrupt: &Interrupt,
+) -> Result<Rendered, Failure> {
+    let control = Control::default();
+    let mut progress = Progress::start(render::n_tiles(&plan.settings), quiet);
+    let result = std::thread::scope(|scope| {
+        let (sender, receiver) = channel();
+        let (control, settings) = (&control, &plan.settings);
+        let worker = scope.spawn(move || {
+            let rendered = render::render(&scene.world, accel, &scene.camera, settings, control);
+            // The receiver waits until it has this message or the sender is gone, so that sending cannot fail.
+            let _ = sender.send(rendered);
+        });
+        let result = loop {
+            match receiver.recv_timeout(POLL_INTERVAL) {
+                Ok(rendered) => break Some(rendered),
+                Err(RecvTimeoutError::Disconnected) => break None,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if interrupt.is_requested() {
+                control.request_stop();
+            }
+            progress.update(control.tiles_done.load(Ordering::Relaxed), control.rays_traced.load(Ordering::Relaxed));
+        };
+        // A worker that panicked has sent nothing; joining it here keeps the panic from spreading.
+        let _ = worker.join();
+        result
+    });
+    progress.finish();
+    match result {
+        Some(Ok(rendered)) => Ok(rendered),
+        Some(Err(render::Stopped)) => Err(Failure::Interrupted),
+        None => Err(Error::new(Place::default(), "the renderer failed: this is a bug in flatray").into()),
+    }
+}
+
+/// The files to write: the images, and last the stats, which tell how long the images took. Each asks first whether an
+/// interrupt has come.
+fn writings<'a>(
+    film: &'a Film,
+    plan: &Plan,
+    outputs: &'a [Output],
+    stats_path: Option<&'a Path>,
+    stats: &'a dyn Fn() -> Stats,
+    interrupt: &'a Interrupt,
+) -> Vec<Writing<'a>> {
+    let display =
+        if plan.settings.course { Display::Course } else { Display::ToneMapped { exposure_stops: plan.exposure_ev } };
+    let go_on = || if interrupt.is_requested() { Err(io::Error::other("interrupted")) } else { Ok(()) };
+    let mut files: Vec<Writing<'a>> = Vec::new();
+    for Output { format, path } in outputs {
+        files
+            .push((path, Box::new(move |out| go_on().and_then(|()| files::write_image(film, *format, &display, out)))));
+    }
+    if let Some(path) = stats_path {
+        files.push((path, Box::new(move |out| go_on().and_then(|()| out.write_all(stats().to_json().as_bytes())))));
+    }
+    files
+}

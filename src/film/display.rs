@@ -1,0 +1,54 @@
+//! How radiance becomes the bytes of a picture.
+
+use crate::film::tone_map::{expose, pbr_neutral, quantize8, srgb_from_linear};
+
+/// How a film is turned into 8-bit colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Display {
+    /// For looking at: exposure, the Khronos PBR Neutral curve, the sRGB transfer.
+    ToneMapped {
+        /// Radiance is multiplied by 2 to this power first.
+        exposure_stops: f64,
+    },
+    /// The original's linear bytes: ⌊min(c, 1 − 1e-5)·256⌋, negative values and NaN becoming 0.
+    Course,
+}
+
+impl Display {
+    /// The bytes of one colour.
+    pub fn rgb8(&self, color: [f64; 3]) -> [u8; 3] {
+        match *self {
+            Display::ToneMapped { exposure_stops } => {
+                pbr_neutral(color.map(|c| expose(c, exposure_stops))).map(|c| quantize8(srgb_from_linear(c)))
+            }
+            Display::Course => color.map(course_byte),
+        }
+    }
+}
+
+/// The original's byte of one channel.
+fn course_byte(value: f64) -> u8 {
+    // `min` would turn NaN into the other operand; a comparison leaves it to the cast, which makes it 0.
+    let below_one = if value > 1.0 - 1e-5 { 1.0 - 1e-5 } else { value };
+    // Below zero the cast saturates at 0; above, truncation is the floor.
+    (below_one * 256.0) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn course_bytes_are_the_floor_of_256_levels() {
+        let below_a_quarter = f64::from_bits(0.25_f64.to_bits() - 1);
+        assert_eq!(Display::Course.rgb8([0.0, below_a_quarter, 0.25]), [0, 63, 64]);
+        assert_eq!(Display::Course.rgb8([1.0, 7.0, f64::INFINITY]), [255; 3]);
+        assert_eq!(Display::Course.rgb8([-3.0, f64::NAN, f64::NEG_INFINITY]), [0; 3]);
+    }
+
+    #[test]
+    fn exposure_is_applied_before_the_curve() {
+        let lit = Display::ToneMapped { exposure_stops: 1.0 }.rgb8([0.09; 3]);
+        assert_eq!(lit, Display::ToneMapped { exposure_stops: 0.0 }.rgb8([0.18; 3]));
+    }
+}

@@ -1,0 +1,187 @@
+//! PNG: the picture to look at, and the original's bytes. The only file that uses the `image` crate.
+
+use std::io::{self, Cursor, Write};
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngDecoder, PngEncoder};
+use image::{ExtendedColorType, ImageDecoder, ImageEncoder, Limits};
+use rayon::prelude::*;
+
+use crate::error::{Error, Place, Problem};
+use crate::film::png_chunk::{Transfer, insert_after_header, parse_header, parse_transfer};
+use crate::film::read::{filled, read_bytes};
+use crate::film::{Display, Film, ImageFile, Plane, Region, Samples};
+
+pub use crate::film::png_chunk::SIGNATURE;
+
+/// Writes a film as an 8-bit RGBA PNG as large as its data window; `Y` alone is written as grey RGB.
+///
+/// Alpha is 255 everywhere: the film's A is how much of a pixel is covered by objects, while its RGB already holds the
+/// background's radiance where nothing covers it, so the picture is opaque. Coverage is kept in the EXR.
+///
+/// A tone-mapped file says that it is sRGB (chunks sRGB, perceptual, and gAMA 0.45455 for programs that only know that
+/// one). A course file says nothing about its transfer, like the original's own files, so that both are decoded alike.
+///
+/// # Errors
+/// `InvalidInput` when the film breaks its own promises ([`Film::check`]) or has no colour; otherwise what `out` answered.
+pub fn write(film: &Film, display: &Display, out: &mut (impl Write + ?Sized)) -> io::Result<()> {
+    let invalid_input = |what: String| io::Error::new(io::ErrorKind::InvalidInput, what);
+    film.check().map_err(invalid_input)?;
+    let Some([r, g, b]) = film.color_planes() else {
+        return Err(invalid_input("a PNG needs planes R, G and B, or Y".to_string()));
+    };
+    let mut rgba = vec![255; film.n_pixels() * 4];
+    // Every pixel is a pure function of its samples: the threads cannot be seen in the bytes.
+    rgba.par_chunks_exact_mut(4).with_min_len(1 << 12).enumerate().for_each(|(index, pixel)| {
+        let rgb8 = display.rgb8([r, g, b].map(|plane| plane.samples.get(index)));
+        pixel[..3].copy_from_slice(&rgb8);
+    });
+    let mut png = Vec::new();
+    let (width_px, height_px) = (film.data_window.width_px(), film.data_window.height_px());
+    PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
+        .write_image(&rgba, width_px, height_px, ExtendedColorType::Rgba8)
+        .map_err(|error| invalid_input(error.to_string()))?;
+    match display {
+        Display::ToneMapped { .. } => {
+            let gamma = 45_455_u32.to_be_bytes();
+            out.write_all(&insert_after_header(&png, &[(*b"gAMA", &gamma), (*b"sRGB", &[0])]))
+        }
+        Display::Course => out.write_all(&png),
+    }
+}
+
+/// Reads a PNG file of any kind as a scene-linear film of F32 planes: `Y` or `R`, `G`, `B`, and `A` where the file has
+/// alpha, colour then multiplied by it.
+///
+/// `transfer` overrides what the file says. 16-bit files keep their precision: no two samples give the same value.
+///
+/// # Errors
+/// A file that cannot be read, is cut short or damaged, claims more pixels than it can hold, or states a colour space that
+/// is not understood.
+pub fn read(path: impl AsRef<Path>, transfer: Option<Transfer>) -> Result<ImageFile, Error> {
+    let path = path.as_ref();
+    decode(&read_bytes(path)?, transfer, path)
+}
+
+/// Reads a PNG file that is in memory; `path` is only named in errors.
+///
+/// # Errors
+/// As [`read`].
+pub fn decode(bytes: &[u8], transfer: Option<Transfer>, path: &Path) -> Result<ImageFile, Error> {
+    let samples = decode_samples(bytes, path)?;
+    let transfer = match transfer {
+        Some(transfer) => transfer,
+        None => parse_transfer(bytes, path)?,
+    };
+    let rgb8 = match (&samples.values, samples.n_channels) {
+        (Values::Eight(values), n) => Some(values.chunks_exact(n).map(color_bytes).collect()),
+        (Values::Sixteen(_), _) => None,
+    };
+    Ok(ImageFile { film: film_of(&samples, transfer, path)?, rgb8 })
+}
+
+/// Samples as they stand in the file, pixel after pixel, palettes and small depths expanded to 8 bits.
+struct FileSamples {
+    width_px: u32,
+    height_px: u32,
+    n_channels: usize,
+    values: Values,
+}
+
+enum Values {
+    Eight(Vec<u8>),
+    Sixteen(Vec<u16>),
+}
+
+fn decode_samples(bytes: &[u8], path: &Path) -> Result<FileSamples, Error> {
+    /// Deflate packs at most 258 bytes into 2 bits (RFC 1951, 3.2.5).
+    const LARGEST_RATIO: u64 = 1032;
+    /// What text and profile chunks may take while they are decoded.
+    const ALLOWANCE_BYTES: u64 = 16 << 20;
+
+    let header = parse_header(bytes, path)?;
+    let limit = (bytes.len() as u64).saturating_mul(LARGEST_RATIO);
+    if header.uncompressed_bytes().is_none_or(|n_bytes| n_bytes > limit) {
+        return Err(Problem::new(Place::file(path), "the PNG header claims more pixels than the file can hold")
+            .found(format!("{}×{} pixels in {} bytes", header.width_px, header.height_px, bytes.len()))
+            .into());
+    }
+    let unreadable = |error: image::ImageError| Error::new(Place::file(path), format!("unreadable PNG file: {error}"));
+    let mut limits = Limits::no_limits();
+    // A row of the decoder is a small part of the image, which is ours.
+    limits.max_alloc = Some(limit.saturating_add(ALLOWANCE_BYTES));
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(unreadable)?;
+    let (width_px, height_px) = decoder.dimensions();
+    let color_type = decoder.color_type();
+    let n_channels = usize::from(color_type.channel_count());
+    let length = usize::try_from(decoder.total_bytes())
+        .map_err(|_| Error::new(Place::file(path), "the PNG image is larger than memory"))?;
+    let mut buffer = filled(length, 0_u8, path)?;
+    decoder.read_image(&mut buffer).map_err(unreadable)?;
+    let values = if usize::from(color_type.bytes_per_pixel()) == n_channels {
+        Values::Eight(buffer)
+    } else {
+        Values::Sixteen(buffer.chunks_exact(2).map(|pair| u16::from_ne_bytes([pair[0], pair[1]])).collect())
+    };
+    Ok(FileSamples { width_px, height_px, n_channels, values })
+}
+
+/// The colour of a pixel of 1 to 4 bytes.
+fn color_bytes(pixel: &[u8]) -> [u8; 3] {
+    match *pixel {
+        [r, g, b] | [r, g, b, _] => [r, g, b],
+        [y] | [y, _] => [y; 3],
+        _ => [0; 3],
+    }
+}
+
+fn film_of(samples: &FileSamples, transfer: Transfer, path: &Path) -> Result<Film, Error> {
+    // One table entry for every value a sample can have.
+    let table = |n_values: u32| -> Vec<f32> {
+        let largest = f64::from(n_values - 1);
+        (0..n_values).map(|value| transfer.to_linear(f64::from(value) / largest) as f32).collect()
+    };
+    let names: &[&str] = match samples.n_channels {
+        1 => &["Y"],
+        2 => &["Y", "A"],
+        3 => &["R", "G", "B"],
+        _ => &["R", "G", "B", "A"],
+    };
+    let n_pixels = samples.width_px as usize * samples.height_px as usize;
+    let mut planes = Vec::new();
+    for _ in names {
+        planes.push(filled(n_pixels, 0.0_f32, path)?);
+    }
+    match &samples.values {
+        Values::Eight(values) => {
+            let table = table(1 << 8);
+            fill_planes(&mut planes, values, |value| table[usize::from(value)], |a| f32::from(a) / 255.0);
+        }
+        Values::Sixteen(values) => {
+            let table = table(1 << 16);
+            fill_planes(&mut planes, values, |value| table[usize::from(value)], |a| f32::from(a) / 65535.0);
+        }
+    }
+    let planes = names.iter().zip(planes);
+    Ok(Film {
+        width_px: samples.width_px,
+        height_px: samples.height_px,
+        data_window: Region::whole(samples.width_px, samples.height_px),
+        planes: planes
+            .map(|(name, values)| Plane { name: (*name).to_string(), samples: Samples::F32(values) })
+            .collect(),
+    })
+}
+
+/// Takes interleaved samples apart; with two or four planes the last is alpha.
+fn fill_planes<T: Copy>(planes: &mut [Vec<f32>], values: &[T], color: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) {
+    let n_channels = planes.len();
+    let has_alpha = n_channels.is_multiple_of(2);
+    for (index, pixel) in values.chunks_exact(n_channels).enumerate() {
+        let opacity = if has_alpha { alpha(pixel[n_channels - 1]) } else { 1.0 };
+        for (channel, (plane, &value)) in planes.iter_mut().zip(pixel).enumerate() {
+            let is_alpha = has_alpha && channel == n_channels - 1;
+            plane[index] = if is_alpha { opacity } else { color(value) * opacity };
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Roots of a·t² + 2b·t + c = 0, certified.
+//!
+//! With q = −(b + sign(b)·√(b² − ac)) the roots are c/q and q/a: neither cancels, and as a → 0 the root c/q stays
+//! right, so that planes and rays along a cylinder's axis need no threshold (Press et al., Numerical Recipes, 5.6).
+
+use super::double::U2;
+use super::dyadic::Dyadic;
+use super::ratio::{Bounded, Ratio, SECOND_ORDER, ratio_inside};
+
+/// Coefficients in exact arithmetic: a, b, c.
+pub type ExactCoefficients = [Dyadic; 3];
+
+/// The smallest root in the open interval from `t_min >= 0` to `t_max`, within 1 ulp; `None` when there is none. A
+/// double root counts. A quadratic that is zero everywhere has no root: a ray inside a surface misses it.
+///
+/// `exact` is asked only for what cannot be certified, root by root, so that a root has the same value whatever the
+/// interval.
+#[inline]
+pub fn first_root(
+    [a, b, c]: [Bounded; 3],
+    t_min: f64,
+    t_max: f64,
+    exact: impl FnOnce() -> ExactCoefficients,
+) -> Option<f64> {
+    let roots = certified_roots(a, b, c, t_min, t_max);
+    let roots = if roots.contains(&Ratio::Uncertain) { mend(roots, &exact(), t_min, t_max) } else { roots };
+    match roots {
+        [Ratio::Inside(t), Ratio::Inside(s)] => Some(t.min(s)),
+        [Ratio::Inside(t), _] | [_, Ratio::Inside(t)] => Some(t),
+        _ => None,
+    }
+}
+
+/// The roots q/a and c/q, as far as double-double can tell.
+#[inline]
+fn certified_roots(a: Bounded, b: Bounded, c: Bounded, t_min: f64, t_max: f64) -> [Ratio; 2] {
+    // Discriminant. Its error is that of the coefficients, of two products and of a difference.
+    let b_squared = b.value.mul(b.value);
+    let ac = a.value.mul(c.value);
+    let discriminant = b_squared.sub(ac);
+    let b_size = b.value.hi.abs();
+    let error = SECOND_ORDER
+        * (2.0 * b_size * b.error
+            + b.error * b.error
+            + a.value.hi.abs() * c.error
+            + c.value.hi.abs() * a.error
+            + a.error * c.error
+            + 9.0 * U2 * (b_squared.hi + ac.hi.abs()));
+    // Which root is which hangs on the sign of b.
+    let b_certain = b_size > b.error || b.error == 0.0;
+    if !(discriminant.hi.abs() > error && b_certain) {
+        return [Ratio::Uncertain; 2];
+    }
+    if discriminant.hi < 0.0 {
+        return [Ratio::Outside; 2];
+    }
+
+    // q. |q| ≥ √discriminant, since the signs agree.
+    let root = discriminant.sqrt();
+    let root_error = error / (2.0 * root.hi) + 5.0 * U2 * root.hi;
+    let signed_root = if b.value.hi < 0.0 { root.neg() } else { root };
+    let q = b.value.add(signed_root).neg();
+    let q = Bounded { value: q, error: SECOND_ORDER * (b.error + root_error + 4.0 * U2 * q.hi.abs()) };
+    [ratio_inside(q, a, t_min, t_max), ratio_inside(c, q, t_min, t_max)]
+}
+
+/// Replaces what is uncertain by what exact arithmetic says.
+#[cold]
+fn mend(roots: [Ratio; 2], [a, b, c]: &ExactCoefficients, t_min: f64, t_max: f64) -> [Ratio; 2] {
+    let exact = exact_roots(a, b, c);
+    [0, 1].map(|i| match (roots[i], exact[i]) {
+        (Ratio::Uncertain, Some(t)) if t > t_min && t < t_max => Ratio::Inside(t),
+        (Ratio::Uncertain, _) => Ratio::Outside,
+        (known, _) => known,
+    })
+}
+
+/// The roots q/a and c/q in exact arithmetic, rounded once.
+fn exact_roots(a: &Dyadic, b: &Dyadic, c: &Dyadic) -> [Option<f64>; 2] {
+    let discriminant = b.mul(b).sub(&a.mul(c));
+    if discriminant.sign() < 0 {
+        return [None; 2];
+    }
+    let root = discriminant.guarded_sqrt();
+    let q = if b.sign() < 0 { root.sub(b) } else { root.add(b).neg() };
+    // q is zero only when b and the discriminant are: then ac = 0, and 0 is a double root unless a is zero too.
+    if q.sign() == 0 {
+        return [(a.sign() != 0).then_some(0.0), None];
+    }
+    [q.guarded_quotient(a).map(|t| t.to_f64()), c.guarded_quotient(&q).map(|t| t.to_f64())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::double::Double;
+
+    fn certain(x: f64) -> Bounded {
+        Bounded { value: Double::new(x), error: 0.0 }
+    }
+
+    fn both_tiers(a: f64, b: f64, c: f64, t_min: f64, t_max: f64) -> Option<f64> {
+        let exact = || [a, b, c].map(Dyadic::new);
+        let root = first_root([a, b, c].map(certain), t_min, t_max, exact);
+        let mended = mend([Ratio::Uncertain; 2], &exact(), t_min, t_max);
+        let inside = |ratio| if let Ratio::Inside(t) = ratio { t } else { f64::INFINITY };
+        let exact = mended.map(inside).into_iter().reduce(f64::min).filter(|t| t.is_finite());
+        assert_eq!(root, exact, "{a} {b} {c} in ({t_min}, {t_max})");
+        root
+    }
+
+    #[test]
+    fn roots_are_found_in_order_and_only_inside_the_interval() {
+        // (t − 1)(t − 3) = t² − 4t + 3.
+        assert_eq!(both_tiers(1.0, -2.0, 3.0, 0.0, f64::INFINITY), Some(1.0));
+        assert_eq!(both_tiers(1.0, -2.0, 3.0, 1.0, f64::INFINITY), Some(3.0));
+        assert_eq!(both_tiers(1.0, -2.0, 3.0, 1.0, 3.0), None);
+        assert_eq!(both_tiers(-1.0, 2.0, -3.0, 0.0, f64::INFINITY), Some(1.0));
+    }
+
+    #[test]
+    fn a_linear_equation_has_its_root_and_a_constant_one_none() {
+        assert_eq!(both_tiers(0.0, -1.0, 4.0, 0.0, f64::INFINITY), Some(2.0));
+        assert_eq!(both_tiers(0.0, 0.0, 4.0, 0.0, f64::INFINITY), None);
+        assert_eq!(both_tiers(0.0, 0.0, 0.0, 0.0, f64::INFINITY), None);
+    }
+
+    #[test]
+    fn a_tangent_counts_and_a_miss_by_one_bit_does_not() {
+        assert_eq!(both_tiers(1.0, -3.0, 9.0, 0.0, f64::INFINITY), Some(3.0));
+        assert_eq!(both_tiers(1.0, -3.0, 9.0f64.next_up(), 0.0, f64::INFINITY), None);
+        assert!(both_tiers(1.0, -3.0, 9.0f64.next_down(), 0.0, f64::INFINITY).is_some());
+    }
+
+    #[test]
+    fn leaving_a_surface_finds_the_other_root() {
+        // c = 0: the origin is on the surface.
+        assert_eq!(both_tiers(1.0, -2.0, 0.0, 0.0, f64::INFINITY), Some(4.0));
+        assert_eq!(both_tiers(1.0, 2.0, 0.0, 0.0, f64::INFINITY), None);
+    }
+}

@@ -1,0 +1,70 @@
+//! A certified quotient inside an interval: the ray parameter of every hit is one.
+
+use super::double::{Double, U2};
+
+/// A coefficient and a bound of its absolute error.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounded {
+    /// The value.
+    pub value: Double,
+    /// |value − exact| is at most this.
+    pub error: f64,
+}
+
+impl Bounded {
+    /// A value of which nothing is known.
+    pub const UNKNOWN: Bounded = Bounded { value: Double::ZERO, error: f64::INFINITY };
+
+    /// A value that is wrong by at most `units` times u² of the summed magnitudes of its terms, to first order.
+    #[inline]
+    pub fn new(value: Double, units: f64, size: f64) -> Bounded {
+        Bounded { value, error: SECOND_ORDER * units * U2 * size }
+    }
+}
+
+/// What is known of a quotient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ratio {
+    /// It certainly lies outside of the interval, or there is none.
+    Outside,
+    /// It lies inside, and this is it within 1 ulp.
+    Inside(f64),
+    /// The next tier has to say.
+    Uncertain,
+}
+
+/// `n / d` against the open interval from `t_min >= 0` to `t_max`.
+///
+/// Whether a value is accepted does not depend on the interval, so that a shorter interval never changes a value that
+/// stays inside of it.
+#[inline]
+pub fn ratio_inside(n: Bounded, d: Bounded, t_min: f64, t_max: f64) -> Ratio {
+    let (n_hi, d_hi) = (n.value.hi, d.value.hi);
+    // Certain zeros: nothing divided by nothing, and the origin itself, which is outside of an open interval.
+    if (d_hi == 0.0 && d.error == 0.0) || (n_hi == 0.0 && n.error == 0.0 && d_hi.abs() > d.error) {
+        return Ratio::Outside;
+    }
+    if !(n_hi.abs() > n.error && d_hi.abs() > d.error) {
+        return Ratio::Uncertain;
+    }
+    // The sign is certain now; most rays that leave a surface are done here.
+    if (n_hi < 0.0) != (d_hi < 0.0) {
+        return Ratio::Outside;
+    }
+    let t = n.value.quotient(d.value);
+    let relative_error = n.error / n_hi.abs() + d.error / d_hi.abs() + 8.0 * U2;
+    if relative_error <= ACCEPTED_RELATIVE_ERROR {
+        return if t > t_min && t < t_max { Ratio::Inside(t) } else { Ratio::Outside };
+    }
+    // Too coarse to report, but perhaps certain to lie outside.
+    let slack = 2.0 * relative_error * t;
+    let outside = relative_error < 0.25 && (t + slack <= t_min || t - slack >= t_max);
+    if outside { Ratio::Outside } else { Ratio::Uncertain }
+}
+
+/// An accepted quotient is wrong by less than this share of itself before it is rounded: a quarter of an ulp at most.
+const ACCEPTED_RELATIVE_ERROR: f64 = super::U / 2.0;
+
+/// Bounds are derived to first order; this covers the products of errors and the rounding of the bound itself, as
+/// long as relative errors are below 2⁻¹⁰, which the tests for acceptance imply.
+pub const SECOND_ORDER: f64 = 1.01;

@@ -1,0 +1,91 @@
+//! What lies at a hit, computed once for the hit that won.
+
+use glam::DVec3;
+
+use crate::numeric::U;
+use crate::world::{Hit, PrimKind, Ray, World};
+
+/// A point on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// The point, moved from the ray onto the surface along the normal.
+    pub p: DVec3,
+    /// Unit geometric normal, as the primitive gives it.
+    pub ng: DVec3,
+    /// A length that the error of `p` off the surface is a few roundings of.
+    pub extent: f64,
+}
+
+/// Roundings of |p| + extent that a ray starts off its surface: more than `p` can be off it (`docs/NUMERICS.md`).
+const LEAVE_ROUNDINGS: f64 = 8.0;
+
+impl Surface {
+    /// Where a ray of a direction starts, so that it cannot meet the surface again in the point it leaves: off the
+    /// surface on the side that it leaves by.
+    #[inline]
+    pub fn leave(&self, direction: DVec3) -> DVec3 {
+        let distance = LEAVE_ROUNDINGS * U * (self.p.abs().max_element() + self.extent);
+        let side = if self.ng.dot(direction) < 0.0 { -distance } else { distance };
+        self.p + side * self.ng
+    }
+}
+
+/// The surface at a hit. The ray's own point o + t·d is as far off the surface as t is rounded, which grows with the
+/// distance; one step along the normal leaves only the rounding of the point itself.
+#[inline]
+pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
+    let along = DVec3::new(
+        hit.t.mul_add(ray.direction.x, ray.origin.x),
+        hit.t.mul_add(ray.direction.y, ray.origin.y),
+        hit.t.mul_add(ray.direction.z, ray.origin.z),
+    );
+    let row = hit.prim.row();
+    match hit.prim.kind() {
+        PrimKind::Triangle => {
+            let a = world.triangles.corners(row)[0].as_dvec3();
+            let ng = world.triangles.ng(row);
+            let off = along - a;
+            Surface { p: along - ng * ng.dot(off), ng, extent: off.abs().max_element() }
+        }
+        PrimKind::Sphere => {
+            let (center, radius) = (world.spheres.centers[row], world.spheres.radii[row]);
+            let ng = (along - center).try_normalize().unwrap_or_else(|| facing(ray));
+            Surface { p: center + radius * ng, ng, extent: radius }
+        }
+        PrimKind::Quadric => describe_quadric(world, row, ray, along),
+    }
+}
+
+fn describe_quadric(world: &World, row: usize, ray: &Ray, along: DVec3) -> Surface {
+    let quadric = &world.quadrics.surfaces[row];
+    let h = along - quadric.center;
+    let gradient = quadric.half_gradient(h);
+    // At an apex the gradient is zero: the surface is taken to face the ray, and to be as uncertain as it is large.
+    let Some(ng) = gradient.try_normalize() else {
+        return Surface { p: along, ng: facing(ray), extent: h.abs().max_element() };
+    };
+    let steepness = 2.0 * gradient.length();
+    let value = h.dot(gradient + quadric.linear) + quadric.constant;
+    let size = h.abs().dot(gradient.abs() + 2.0 * quadric.linear.abs()) + quadric.constant.abs();
+    Surface { p: along - ng * (value / steepness), ng, extent: h.abs().max_element() + size / steepness }
+}
+
+fn facing(ray: &Ray) -> DVec3 {
+    -ray.direction.normalize_or_zero()
+}
+
+/// The unit shading normal at a hit: interpolated over a smooth mesh (Phong 1975), else the geometric one.
+#[inline]
+pub fn shading_normal(world: &World, hit: &Hit, ng: DVec3) -> DVec3 {
+    if hit.prim.kind() != PrimKind::Triangle {
+        return ng;
+    }
+    let row = hit.prim.row();
+    let mesh = world.meshes.of_triangle(row).idx();
+    let Some(first_normal) = world.meshes.first_normal[mesh] else { return ng };
+    let first_vertex = world.meshes.first_vertex[mesh];
+    let normal = |vertex: u32| world.triangles.normals[(vertex - first_vertex + first_normal) as usize].as_dvec3();
+    let [a, b, c] = world.triangles.vertices[row].map(normal);
+    let w = 1.0 - hit.u - hit.v;
+    (w * a + hit.u * b + hit.v * c).try_normalize().unwrap_or(ng)
+}
