@@ -121,15 +121,11 @@ fn no_module_imports_against_the_flow() {
 fn each_of_these_crates_has_one_importer() {
     let sources = sources();
     for (name, importer) in SINGLE_IMPORTERS {
-        // Some modules of ours bear a crate's name, and are reached through `super` or `film`: only an import of the
-        // crate itself, or a path that begins with it, counts.
+        // Where a module of ours bears a crate's name, only an import of the crate itself counts.
+        let shadowed = sources.iter().any(|source| source.path.ends_with(&format!("/{name}.rs")));
         let import = [format!("use {name}::"), format!("use {name};"), format!("use ::{name}")];
         let path = [format!(" {name}::"), format!("({name}::"), format!("<{name}::")];
         let names = |source: &&Source| {
-            let shadowed = source.text.contains("use super::")
-                && source.path.rsplit_once('/').is_some_and(|(folder, _)| {
-                    Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join(format!("{name}.rs")).exists()
-                });
             source.code_lines().any(|(_, line)| {
                 import.iter().any(|start| line.trim_start().starts_with(start.as_str()))
                     || (!shadowed && !line.contains("use ") && path.iter().any(|part| line.contains(part.as_str())))
@@ -201,6 +197,8 @@ fn the_product_does_not_panic_on_purpose_or_print() {
     let mut found = Vec::new();
     for source in sources() {
         for (number, line) in source.code_lines() {
+            // A parser may have a method of this name.
+            let line = line.replace("self.expect(", "");
             if let Some(word) = forbidden.into_iter().find(|word| line.contains(word)) {
                 found.push(format!("{}:{}: {word}", source.path, number + 1));
             }

@@ -5,6 +5,8 @@
 //! (Algorithm 11), each relative to the result, for all inputs, as long as nothing over- or underflows. Callers see to
 //! that with [`is_tame`].
 
+use std::ops::{Add, Mul, Neg, Sub};
+
 use glam::DVec3;
 
 /// `hi + lo` with |lo| at most half an ulp of `hi`.
@@ -68,35 +70,6 @@ impl Double {
         Double { hi: x, lo: 0.0 }
     }
 
-    /// The sum; error at most 3u² of the result.
-    #[inline]
-    pub fn add(self, other: Double) -> Double {
-        let s = two_sum(self.hi, other.hi);
-        let t = two_sum(self.lo, other.lo);
-        let v = fast_two_sum(s.hi, s.lo + t.hi);
-        fast_two_sum(v.hi, t.lo + v.lo)
-    }
-
-    /// The difference; error at most 3u² of the result.
-    #[inline]
-    pub fn sub(self, other: Double) -> Double {
-        self.add(other.neg())
-    }
-
-    /// The negative, exactly.
-    #[inline]
-    pub fn neg(self) -> Double {
-        Double { hi: -self.hi, lo: -self.lo }
-    }
-
-    /// The product; error at most 5u² of the result.
-    #[inline]
-    pub fn mul(self, other: Double) -> Double {
-        let p = two_product(self.hi, other.hi);
-        let cross = self.hi.mul_add(other.lo, self.lo * other.hi);
-        fast_two_sum(p.hi, p.lo + cross)
-    }
-
     /// The product with an f64; error at most 2u² of the result (Algorithm 9).
     #[inline]
     pub fn scale(self, factor: f64) -> Double {
@@ -108,7 +81,7 @@ impl Double {
     #[inline]
     pub fn quotient(self, divisor: Double) -> f64 {
         let first = self.hi / divisor.hi;
-        let rest = self.sub(divisor.scale(first));
+        let rest = self - divisor.scale(first);
         first + rest.hi / divisor.hi
     }
 
@@ -116,8 +89,53 @@ impl Double {
     #[inline]
     pub fn sqrt(self) -> Double {
         let root = self.hi.sqrt();
-        let rest = self.sub(two_product(root, root));
+        let rest = self - two_product(root, root);
         fast_two_sum(root, rest.hi / (2.0 * root))
+    }
+}
+
+impl Add for Double {
+    type Output = Double;
+
+    /// The sum; error at most 3u² of the result.
+    #[inline]
+    fn add(self, other: Double) -> Double {
+        let s = two_sum(self.hi, other.hi);
+        let t = two_sum(self.lo, other.lo);
+        let v = fast_two_sum(s.hi, s.lo + t.hi);
+        fast_two_sum(v.hi, t.lo + v.lo)
+    }
+}
+
+impl Neg for Double {
+    type Output = Double;
+
+    /// The negative, exactly.
+    #[inline]
+    fn neg(self) -> Double {
+        Double { hi: -self.hi, lo: -self.lo }
+    }
+}
+
+impl Sub for Double {
+    type Output = Double;
+
+    /// The difference; error at most 3u² of the result.
+    #[inline]
+    fn sub(self, other: Double) -> Double {
+        self + -other
+    }
+}
+
+impl Mul for Double {
+    type Output = Double;
+
+    /// The product; error at most 5u² of the result.
+    #[inline]
+    fn mul(self, other: Double) -> Double {
+        let p = two_product(self.hi, other.hi);
+        let cross = self.hi.mul_add(other.lo, self.lo * other.hi);
+        fast_two_sum(p.hi, p.lo + cross)
     }
 }
 
@@ -153,14 +171,14 @@ impl Double3 {
     pub fn dot(&self, other: &Double3) -> Double {
         let [ax, ay, az] = self.xyz;
         let [bx, by, bz] = other.xyz;
-        ax.mul(bx).add(ay.mul(by)).add(az.mul(bz))
+        ax * bx + ay * by + az * bz
     }
 
     /// The dot product with an f64 vector; error at most 9u² of the sum of the magnitudes of its terms.
     #[inline]
     pub fn dot_f64(&self, v: DVec3) -> Double {
         let [ax, ay, az] = self.xyz;
-        ax.scale(v.x).add(ay.scale(v.y)).add(az.scale(v.z))
+        ax.scale(v.x) + ay.scale(v.y) + az.scale(v.z)
     }
 
     /// The sum, component by component.
@@ -168,7 +186,7 @@ impl Double3 {
     pub fn add(&self, other: &Double3) -> Double3 {
         let mut xyz = self.xyz;
         for (sum, term) in xyz.iter_mut().zip(other.xyz) {
-            *sum = sum.add(term);
+            *sum = *sum + term;
         }
         Double3 { xyz }
     }

@@ -161,7 +161,7 @@ fn double_coefficients(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> [
     let h = Double3::difference(ray.origin, quadric.center);
     let linear = Double3::new(quadric.linear);
     let gradient = times_double(quadric, &h).add(&linear);
-    let c = gradient.add(&linear).dot(&h).add(Double::new(quadric.constant));
+    let c = gradient.add(&linear).dot(&h) + Double::new(quadric.constant);
     [
         Bounded::new(times_f64(quadric, d).dot_f64(d), 15.0, sizes.a),
         Bounded::new(gradient.dot_f64(d), 20.0, sizes.b),
@@ -173,7 +173,7 @@ fn double_coefficients(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> [
 #[inline]
 fn times_double(quadric: &Quadric, v: &Double3) -> Double3 {
     let [x, y, z] = v.xyz;
-    let row = |p: f64, q: f64, r: f64| x.scale(p).add(y.scale(q)).add(z.scale(r));
+    let row = |p: f64, q: f64, r: f64| x.scale(p) + y.scale(q) + z.scale(r);
     let (d, o) = (quadric.diagonal, quadric.off_diagonal);
     Double3 { xyz: [row(d.x, o.z, o.y), row(o.z, d.y, o.x), row(o.y, o.x, d.z)] }
 }
@@ -181,7 +181,7 @@ fn times_double(quadric: &Quadric, v: &Double3) -> Double3 {
 /// Q·v of an f64 vector in double-double.
 #[inline]
 fn times_f64(quadric: &Quadric, v: DVec3) -> Double3 {
-    let row = |p: f64, q: f64, r: f64| two_product(p, v.x).add(two_product(q, v.y)).add(two_product(r, v.z));
+    let row = |p: f64, q: f64, r: f64| two_product(p, v.x) + two_product(q, v.y) + two_product(r, v.z);
     let (d, o) = (quadric.diagonal, quadric.off_diagonal);
     Double3 { xyz: [row(d.x, o.z, o.y), row(o.z, d.y, o.x), row(o.y, o.x, d.z)] }
 }

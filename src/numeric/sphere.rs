@@ -43,13 +43,13 @@ fn double_coefficients(ray: &PreparedRay, center: DVec3, radius: f64) -> [Bounde
     let d = ray.direction;
     let h = Double3::difference(ray.origin, center);
     let [dx2, dy2, dz2] = [two_product(d.x, d.x), two_product(d.y, d.y), two_product(d.z, d.z)];
-    let a = dx2.add(dy2).add(dz2);
+    let a = dx2 + dy2 + dz2;
     let r2 = two_product(radius, radius);
     let h2 = h.dot(&h);
     [
         Bounded::new(a, 6.0, a.hi),
         Bounded::new(h.dot_f64(d), 9.0, h.hi().abs().dot(d.abs())),
-        Bounded::new(h2.sub(r2), 15.0, h2.hi + r2.hi),
+        Bounded::new(h2 - r2, 15.0, h2.hi + r2.hi),
     ]
 }
 

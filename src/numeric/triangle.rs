@@ -97,7 +97,7 @@ fn exact_edges(a: DVec3, b: DVec3, c: DVec3) -> Option<(DVec3, DVec3)> {
 /// The cross product of exact vectors; each component within 3u² of itself.
 #[inline]
 fn cross(e: DVec3, f: DVec3) -> Double3 {
-    let component = |p: f64, q: f64, r: f64, s: f64| two_product(p, q).sub(two_product(r, s));
+    let component = |p: f64, q: f64, r: f64, s: f64| two_product(p, q) - two_product(r, s);
     Double3 { xyz: [component(e.y, f.z, e.z, f.y), component(e.z, f.x, e.x, f.z), component(e.x, f.y, e.y, f.x)] }
 }
 

@@ -13,7 +13,7 @@ fn read(bytes: &[u8]) -> Mesh {
 }
 
 fn refused(bytes: &[u8]) -> Finding {
-    *parse(bytes).err().expect("the file should be refused")
+    *parse(bytes).expect_err("the file should be refused")
 }
 
 /// The line, what, and found of a refused ascii file.
