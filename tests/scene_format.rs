@@ -1,4 +1,5 @@
 //! The documented format, the example scenes and the original's scenes are what the code accepts.
+#![allow(clippy::print_stderr)] // A skipped test says so.
 
 use std::path::{Path, PathBuf};
 

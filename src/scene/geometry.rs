@@ -49,7 +49,8 @@ fn add_sphere(
     let SphereDesc { position, radius } = sphere;
     if Spheres::box_of(*position, radius.value).is_none() {
         let problem = Problem::new(Place::default(), "the sphere reaches beyond the range of 32-bit floats")
-            .found(format!("position {position}, radius {}", radius.value));
+            .found(report.excerpt(&radius.span))
+            .expected("position ± radius within ±3.4e38");
         report.mistake(&radius.span, &format!("{}.radius", hittable.key), problem);
         return;
     }
