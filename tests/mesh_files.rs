@@ -1,5 +1,8 @@
 //! Mesh files as people bring them: real ones with known counts, nasty ones, and mutated ones.
 
+// Skips are said out loud.
+#![allow(clippy::print_stderr)]
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
