@@ -3,6 +3,9 @@
 //! Before anything is timed, the exact kernels' decisions are compared with exact arithmetic on a part of the rays, and
 //! the number of rays that the textbook formula decides differently is printed.
 
+// What is decided otherwise is said out loud.
+#![allow(clippy::print_stderr)]
+
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
