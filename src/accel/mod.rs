@@ -7,8 +7,10 @@ mod build;
 mod collapse;
 mod duplicate;
 mod linear;
+mod list;
 mod single;
 mod slab;
+mod sliver;
 mod wide;
 
 use rayon::prelude::*;
@@ -82,7 +84,8 @@ impl Accel {
         }
         prims.extend(prim::all(world).skip(world.spheres.len() + world.quadrics.len()));
         boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
-        let tree = collapse::collapse(world, &build::build(world, prims, &boxes));
+        let groups = duplicate::group_by_box(world, prims, boxes);
+        let tree = collapse::collapse(world, &groups, &build::build(&groups));
         Accel { kind, isa: Isa::detect(), tree, unbounded }
     }
 
