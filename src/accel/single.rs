@@ -127,16 +127,30 @@ fn closest_in_leaf(tree: &WideTree, world: &World, ray: &mut PreparedRay, leaf: 
 
 #[inline(always)]
 fn any_in_leaf(tree: &WideTree, world: &World, ray: &PreparedRay, leaf: Entry, n_prims: usize) -> bool {
-    let leaf_range = leaf.child as usize..leaf.child as usize + n_prims;
+    let rows = leaf.child as usize..leaf.child as usize + n_prims;
+    // Loops rather than `any`: its closures are not always inlined, and must be, to be compiled for the batch's ISA.
     match leaf.tag.kind() {
         PrimKind::Triangle => {
-            tree.corners[leaf_range].iter().any(|corners| triangle::intersect(ray, *corners).is_some())
+            for corners in &tree.corners[rows] {
+                if triangle::occludes(ray, *corners) {
+                    return true;
+                }
+            }
         }
         PrimKind::Sphere => {
-            tree.prims[leaf_range].iter().any(|prim| world.spheres.intersect(prim.row(), ray).is_some())
+            for prim in &tree.prims[rows] {
+                if world.spheres.intersect(prim.row(), ray).is_some() {
+                    return true;
+                }
+            }
         }
         PrimKind::Quadric => {
-            tree.prims[leaf_range].iter().any(|prim| world.quadrics.intersect(prim.row(), ray).is_some())
+            for prim in &tree.prims[rows] {
+                if world.quadrics.intersect(prim.row(), ray).is_some() {
+                    return true;
+                }
+            }
         }
     }
+    false
 }

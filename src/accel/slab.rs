@@ -5,8 +5,6 @@
 //! direction towards zero for the near planes and away from it for the far ones, each with a margin of
 //! [`INVERSE_MARGIN`] for the subtraction and the product. The bound is derived in `docs/NUMERICS.md`.
 
-use glam::DVec3;
-
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 
@@ -55,27 +53,31 @@ impl SlabRay {
     /// Rounds a ray outwards.
     #[inline(always)]
     pub fn new(ray: &PreparedRay) -> SlabRay {
-        // −0.0 becomes 0.0, so that a parallel ray is treated as running upwards on every axis.
-        let direction = (ray.direction + DVec3::ZERO).to_array();
-        let origin = ray.origin.to_array();
-        let negative = direction.map(|d| d < 0.0);
-        let up = origin.map(f32_at_least);
-        let down = origin.map(f32_at_most);
-        let pick = |i: usize, a: &[f32; 3], b: &[f32; 3]| if negative[i] { a[i] } else { b[i] };
-        // Away from zero may overflow to ∞: 0·∞ = NaN is then ignored by the comparisons. Towards zero stays finite,
-        // since ∞ would be no lower bound.
-        let size = direction.map(|d| (1.0 / d).abs());
-        let near = |i: usize| f32_at_most(size[i] * (1.0 - INVERSE_MARGIN)).min(f32::MAX);
-        let far = |i: usize| f32_at_least(size[i] * (1.0 + INVERSE_MARGIN));
-        let signed = |i: usize, x: f32| if negative[i] { -x } else { x };
-        SlabRay {
-            near_origin: [0, 1, 2].map(|i| pick(i, &down, &up)),
-            far_origin: [0, 1, 2].map(|i| pick(i, &up, &down)),
-            near_inverse: [0, 1, 2].map(|i| signed(i, near(i))),
-            far_inverse: [0, 1, 2].map(|i| signed(i, far(i))),
-            negative,
+        let mut slab_ray = SlabRay {
+            near_origin: [0.0; 3],
+            far_origin: [0.0; 3],
+            near_inverse: [0.0; 3],
+            far_inverse: [0.0; 3],
+            negative: [false; 3],
             t_min: f32_at_most(ray.t_min),
+        };
+        for axis in 0..3 {
+            // −0.0 becomes 0.0, so that a parallel ray is treated as running upwards on every axis.
+            let (origin, direction) = (ray.origin[axis], ray.direction[axis] + 0.0);
+            let (up, down) = (f32_at_least(origin), f32_at_most(origin));
+            // Away from zero may overflow to ∞: 0·∞ = NaN is then ignored by the comparisons. Towards zero stays
+            // finite, since ∞ would be no lower bound.
+            let size = (1.0 / direction).abs();
+            let near = f32_at_most(size * (1.0 - INVERSE_MARGIN)).min(f32::MAX);
+            let far = f32_at_least(size * (1.0 + INVERSE_MARGIN));
+            let negative = direction < 0.0;
+            slab_ray.negative[axis] = negative;
+            slab_ray.near_origin[axis] = if negative { down } else { up };
+            slab_ray.far_origin[axis] = if negative { up } else { down };
+            slab_ray.near_inverse[axis] = if negative { -near } else { near };
+            slab_ray.far_inverse[axis] = if negative { -far } else { far };
         }
+        slab_ray
     }
 
     /// Tests eight boxes against the part of the ray up to `t_max`, which must be rounded upwards.
@@ -110,7 +112,7 @@ impl SlabRay {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::dvec3;
+    use glam::{DVec3, dvec3};
 
     fn slabs(lo: [f32; 3], hi: [f32; 3]) -> Slabs {
         let mut slabs = Slabs::EMPTY;

@@ -156,7 +156,7 @@ impl Double3 {
     /// An f64 vector as it is.
     #[inline(always)]
     pub fn new(v: DVec3) -> Double3 {
-        Double3 { xyz: v.to_array().map(Double::new) }
+        Double3 { xyz: [Double::new(v.x), Double::new(v.y), Double::new(v.z)] }
     }
 
     /// The vector rounded to f64.
@@ -184,10 +184,7 @@ impl Double3 {
     /// The sum, component by component.
     #[inline(always)]
     pub fn add(&self, other: &Double3) -> Double3 {
-        let mut xyz = self.xyz;
-        for (sum, term) in xyz.iter_mut().zip(other.xyz) {
-            *sum = *sum + term;
-        }
-        Double3 { xyz }
+        let ([ax, ay, az], [bx, by, bz]) = (self.xyz, other.xyz);
+        Double3 { xyz: [ax + bx, ay + by, az + bz] }
     }
 }

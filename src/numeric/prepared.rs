@@ -37,7 +37,10 @@ impl PreparedRay {
     pub fn new(origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> Option<PreparedRay> {
         let sound =
             origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO && t_min >= 0.0 && t_min < t_max;
-        sound.then(|| PreparedRay {
+        if !sound {
+            return None;
+        }
+        Some(PreparedRay {
             origin,
             direction,
             t_min,

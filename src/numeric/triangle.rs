@@ -34,47 +34,125 @@ const EDGE_ERROR: f64 = 16.5 * U;
 /// Edges and corners belong to the triangle; a ray in its plane misses.
 #[inline(always)]
 pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
-    // Translate and shear.
-    let Shear { axes: [kx, ky, kz], slope: [sx, sy] } = ray.shear;
-    let sheared = corners.map(|corner| {
-        let p = (corner.as_dvec3() - ray.origin).to_array();
-        [p[kx] - sx * p[kz], p[ky] - sy * p[kz], p[kz]]
-    });
+    match edges(ray, corners) {
+        Edges::Outside => None,
+        Edges::Uncertain => intersect_exact(ray, corners),
+        Edges::Inside(inside) => {
+            let (t_low, _) = inside.t_range(ray);
+            if t_low >= ray.t_max {
+                return None;
+            }
+            match depth(ray, corners) {
+                Ratio::Inside(t) => Some(TriangleHit { t, u: inside.u, v: inside.v }),
+                Ratio::Outside => None,
+                Ratio::Uncertain => intersect_exact(ray, corners),
+            }
+        }
+    }
+}
+
+/// Whether [`intersect`] finds a hit. Seldom needs the exact parameter: the f64 one, with its error, mostly lies inside
+/// the interval or outside.
+#[inline(always)]
+pub fn occludes(ray: &PreparedRay, corners: [Vec3; 3]) -> bool {
+    match edges(ray, corners) {
+        Edges::Outside => false,
+        Edges::Uncertain => intersect_exact(ray, corners).is_some(),
+        Edges::Inside(inside) => {
+            let (t_low, t_high) = inside.t_range(ray);
+            if t_low >= ray.t_max || t_high <= ray.t_min {
+                return false;
+            }
+            (t_low > ray.t_min && t_high < ray.t_max)
+                || match depth(ray, corners) {
+                    Ratio::Inside(_) => true,
+                    Ratio::Outside => false,
+                    Ratio::Uncertain => intersect_exact(ray, corners).is_some(),
+                }
+        }
+    }
+}
+
+/// What f64 can tell of a ray's line and the edges.
+enum Edges {
+    /// It certainly passes outside.
+    Outside,
+    /// It certainly passes inside.
+    Inside(Inside),
+    /// Exact arithmetic has to say.
+    Uncertain,
+}
+
+/// A line that certainly passes inside, and where.
+struct Inside {
+    /// Weights of the second and third corner.
+    u: f64,
+    v: f64,
+    /// Sheared depth of the hit, and what it may be wrong by.
+    z: f64,
+    z_error: f64,
+}
+
+impl Inside {
+    /// An interval around the exact parameter, wide enough to hold what [`depth`] rounds it to. NaN when something
+    /// overflowed: it then decides nothing.
+    #[inline(always)]
+    fn t_range(&self, ray: &PreparedRay) -> (f64, f64) {
+        let direction = ray.direction[ray.shear.axes[2]];
+        let t = self.z / direction;
+        let error = self.z_error / direction.abs() + 8.0 * U * t.abs();
+        (t - error, t + error)
+    }
+}
+
+#[inline(always)]
+fn edges(ray: &PreparedRay, corners: [Vec3; 3]) -> Edges {
+    // Translate and shear. (Spelled out: closures over arrays are not always inlined, and a call here costs a third.)
+    let [a, b, c] = corners;
+    let (a, b, c) = (sheared(ray, a), sheared(ray, b), sheared(ray, c));
 
     // Edge functions and what they may be wrong by.
-    let [a, b, c] = sheared;
-    let weights = [b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0], a[0] * b[1] - a[1] * b[0]];
-    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
-    let m = largest(0).max(largest(1));
-    let error = EDGE_ERROR * m * (m + largest(2)) + f64::MIN_POSITIVE;
+    let weight_a = b.x * c.y - b.y * c.x;
+    let weight_b = c.x * a.y - c.y * a.x;
+    let weight_c = a.x * b.y - a.y * b.x;
+    let (a_size, b_size, c_size) = (a.abs(), b.abs(), c.abs());
+    let largest = a_size.max(b_size).max(c_size);
+    let m = largest.x.max(largest.y);
+    let error = EDGE_ERROR * m * (m + largest.z) + f64::MIN_POSITIVE;
 
     // Certain of opposite signs: outside, whatever the third is.
-    let positive = weights.map(|w| w > error);
-    let negative = weights.map(|w| w < -error);
-    let any = |flags: [bool; 3]| flags[0] | flags[1] | flags[2];
-    let all = |flags: [bool; 3]| flags[0] & flags[1] & flags[2];
-    if any(positive) & any(negative) {
-        return None;
+    let any_positive = (weight_a > error) | (weight_b > error) | (weight_c > error);
+    let any_negative = (weight_a < -error) | (weight_b < -error) | (weight_c < -error);
+    if any_positive & any_negative {
+        return Edges::Outside;
     }
-    if !(all(positive) | all(negative)) {
-        return intersect_exact(ray, corners);
+    let all_certain = (weight_a.abs() > error) & (weight_b.abs() > error) & (weight_c.abs() > error);
+    if !all_certain {
+        return Edges::Uncertain;
     }
 
-    // Inside. Depth from the plane.
-    match depth(ray, corners) {
-        Ratio::Inside(t) => {
-            let sum = weights[0] + weights[1] + weights[2];
-            Some(TriangleHit { t, u: weights[1] / sum, v: weights[2] / sum })
-        }
-        Ratio::Outside => None,
-        Ratio::Uncertain => intersect_exact(ray, corners),
-    }
+    // Inside: interpolate the depth from the first corner on, so that its error is a share of the differences.
+    let reciprocal = 1.0 / (weight_a + weight_b + weight_c);
+    let (u, v) = (weight_b * reciprocal, weight_c * reciprocal);
+    let (to_b, to_c) = (b.z - a.z, c.z - a.z);
+    let z = a.z + (u * to_b + v * to_c);
+    let weight_error = 4.5 * error * reciprocal.abs() + 12.0 * U;
+    let z_error = weight_error * (to_b.abs() + to_c.abs()) + 8.0 * U * largest.z;
+    Edges::Inside(Inside { u, v, z, z_error })
+}
+
+/// A corner seen from the origin, sheared so that the ray runs along z.
+#[inline(always)]
+fn sheared(ray: &PreparedRay, corner: Vec3) -> DVec3 {
+    let Shear { axes: [kx, ky, kz], slope: [sx, sy] } = ray.shear;
+    let p = (corner.as_dvec3() - ray.origin).to_array();
+    DVec3::new(p[kx] - sx * p[kz], p[ky] - sy * p[kz], p[kz])
 }
 
 /// t = n·(a − o) / n·d in double-double.
 #[inline(always)]
 fn depth(ray: &PreparedRay, corners: [Vec3; 3]) -> Ratio {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let (a, b, c) = (corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3());
     let Some(n) = exact_edges(a, b, c).filter(|_| ray.tame).map(|(e, f)| cross(e, f)) else {
         return Ratio::Uncertain;
     };
