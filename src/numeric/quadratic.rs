@@ -15,7 +15,7 @@ pub type ExactCoefficients = [Dyadic; 3];
 ///
 /// `exact` is asked only for what cannot be certified, root by root, so that a root has the same value whatever the
 /// interval.
-#[inline]
+#[inline(always)]
 pub fn first_root(
     [a, b, c]: [Bounded; 3],
     t_min: f64,
@@ -32,7 +32,7 @@ pub fn first_root(
 }
 
 /// The roots q/a and c/q, as far as double-double can tell.
-#[inline]
+#[inline(always)]
 fn certified_roots(a: Bounded, b: Bounded, c: Bounded, t_min: f64, t_max: f64) -> [Ratio; 2] {
     // Discriminant. Its error is that of the coefficients, of two products and of a difference.
     let b_squared = b.value * b.value;
