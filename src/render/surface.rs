@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::numeric::U;
+use crate::numeric::quadric::Quadric;
 use crate::world::{Hit, PrimKind, Ray, World};
 
 /// A point on a surface.
@@ -18,6 +19,10 @@ pub struct Surface {
 
 /// Roundings of |p| + extent that a ray starts off its surface: more than `p` can be off it (`docs/NUMERICS.md`).
 const LEAVE_ROUNDINGS: f64 = 8.0;
+
+/// Roundings of a quadric's equation at a point, relative to the sum of its terms' sizes: 11 (`docs/NUMERICS.md`, the
+/// table's row for c), and one for the step along the normal.
+const VALUE_ROUNDINGS: f64 = 12.0;
 
 impl Surface {
     /// Where a ray of a direction starts, so that it cannot meet the surface again in the point it leaves: off the
@@ -66,8 +71,12 @@ fn describe_quadric(world: &World, row: usize, ray: &Ray, along: DVec3) -> Surfa
     };
     let steepness = 2.0 * gradient.length();
     let value = h.dot(gradient + quadric.linear) + quadric.constant;
-    let size = h.abs().dot(gradient.abs() + 2.0 * quadric.linear.abs()) + quadric.constant.abs();
-    Surface { p: along - ng * (value / steepness), ng, extent: h.abs().max_element() + size / steepness }
+    // What the value is rounded against: its terms before they cancel, which they do in the gradient too.
+    let size = h.abs();
+    let magnitudes = Quadric { diagonal: quadric.diagonal.abs(), off_diagonal: quadric.off_diagonal.abs(), ..*quadric };
+    let terms = size.dot(magnitudes.times(size) + 2.0 * quadric.linear.abs()) + quadric.constant.abs();
+    let extent = size.max_element() + VALUE_ROUNDINGS / LEAVE_ROUNDINGS * (terms / steepness);
+    Surface { p: along - ng * (value / steepness), ng, extent }
 }
 
 fn facing(ray: &Ray) -> DVec3 {

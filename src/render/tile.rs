@@ -3,8 +3,6 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use glam::DVec3;
-
 use super::camera_ray::CameraRays;
 use super::sampler::Pattern;
 use super::trace::{Scene, Wavefront};
@@ -12,8 +10,7 @@ use super::{Control, RayCounts, Settings, Stopped, n_tiles};
 use crate::film::{Film, Plane, Region, Samples};
 use crate::numeric::tally::take_exact_tests;
 
-/// Camera rays in a batch at most, but for a pixel of more samples: a batch and what it sends fit into the second
-/// level cache.
+/// Camera rays in a batch at most: a batch and what it sends fit into the second level cache.
 const BATCH_RAYS: usize = 2048;
 
 /// What all workers share.
@@ -37,6 +34,8 @@ pub struct Tally {
     pub rays: RayCounts,
     /// Primitive tests that needed exact arithmetic.
     pub exact_tests: u64,
+    /// Tiles finished.
+    n_tiles: u64,
 }
 
 /// Renders all tiles into the film.
@@ -51,10 +50,8 @@ pub fn render_tiles(job: &Job, film: &mut Film) -> Result<Tally, Stopped> {
         work(job, &next_tile, &shared);
     });
     let (_, tally) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if job.control.stop.load(Ordering::Relaxed) && next_tile.into_inner() < n_tiles(job.settings) {
-        return Err(Stopped);
-    }
-    Ok(tally)
+    // A stop that came after the last batch came too late to matter.
+    if tally.n_tiles < n_tiles(job.settings) { Err(Stopped) } else { Ok(tally) }
 }
 
 /// One worker: tiles until there are none left or a stop is asked for.
@@ -62,21 +59,25 @@ fn work(job: &Job, next_tile: &AtomicU64, shared: &Mutex<(&mut Film, Tally)>) {
     let mut wavefront = Wavefront::default();
     let mut pixels = Vec::new();
     take_exact_tests();
-    let mut rays_before = 0;
-    while !job.control.stop.load(Ordering::Relaxed) {
+    let (mut rays_before, mut n_finished) = (0, 0);
+    loop {
         let tile = next_tile.fetch_add(1, Ordering::Relaxed);
         if tile >= n_tiles(job.settings) {
             break;
         }
         let region = tile_region(job.settings, tile);
-        render_tile(job, &region, &mut wavefront, &mut pixels);
+        if render_tile(job, &region, &mut wavefront, &mut pixels).is_err() {
+            break;
+        }
         copy_into(shared.lock().unwrap_or_else(PoisonError::into_inner).0, &region, &pixels);
         let rays = wavefront.counts.total();
         job.control.rays_traced.fetch_add(rays - rays_before, Ordering::Relaxed);
         job.control.tiles_done.fetch_add(1, Ordering::Relaxed);
         rays_before = rays;
+        n_finished += 1;
     }
     let mut guard = shared.lock().unwrap_or_else(PoisonError::into_inner);
+    guard.1.n_tiles += n_finished;
     guard.1.rays.add(&wavefront.counts);
     guard.1.exact_tests += take_exact_tests();
 }
@@ -90,31 +91,56 @@ fn tile_region(settings: &Settings, tile: u64) -> Region {
     Region { x0, y0, x1: region.x1.min(x0.saturating_add(size)), y1: region.y1.min(y0.saturating_add(size)) }
 }
 
-/// Renders the pixels of a tile, row after row: R, G, B and coverage.
-fn render_tile(job: &Job, region: &Region, wavefront: &mut Wavefront, pixels: &mut Vec<[f64; 4]>) {
-    pixels.clear();
+/// Renders the pixels of a tile, row after row: R, G, B and coverage. A stop is noticed between batches; a pixel of many
+/// samples takes several, and each of its sums still runs over its samples in order.
+fn render_tile(
+    job: &Job,
+    region: &Region,
+    wavefront: &mut Wavefront,
+    pixels: &mut Vec<[f64; 4]>,
+) -> Result<(), Stopped> {
     let n_samples = job.pattern.n_samples();
-    let pixels_per_batch = (BATCH_RAYS / n_samples).max(1);
     let width = region.width_px() as usize;
-    let n_pixels = region.n_pixels();
-    for first in (0..n_pixels).step_by(pixels_per_batch) {
-        let batch = first..n_pixels.min(first + pixels_per_batch);
-        let level = wavefront.begin();
-        for index in batch.clone() {
-            let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
-            for sample in 0..n_samples {
-                let (dx, dy) = job.pattern.position(x, y, sample);
-                level.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy), 0, 1.0);
-            }
+    pixels.clear();
+    pixels.resize(region.n_pixels(), [0.0; 4]);
+    let mut first = (0, 0);
+    while first.0 < pixels.len() {
+        if job.control.stop.load(Ordering::Relaxed) {
+            return Err(Stopped);
         }
+        // Each batch goes on where the last one ended.
+        let level = wavefront.begin();
+        let (mut index, mut sample) = first;
+        for _ in 0..BATCH_RAYS {
+            if index == pixels.len() {
+                break;
+            }
+            let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
+            let (dx, dy) = job.pattern.position(x, y, sample);
+            level.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy), 0, 1.0);
+            (index, sample) = after(index, sample, n_samples);
+        }
+        let next = (index, sample);
         let level = wavefront.trace(&job.scene);
-        let samples = level.radiance.chunks_exact(n_samples).zip(level.hits.chunks_exact(n_samples));
-        pixels.extend(samples.map(|(radiance, hits)| {
-            let mean = radiance.iter().sum::<DVec3>() / n_samples as f64;
-            let n_hits = hits.iter().filter(|hit| hit.is_some()).count();
-            [mean.x, mean.y, mean.z, n_hits as f64 / n_samples as f64]
-        }));
+        (index, sample) = first;
+        for (radiance, hit) in level.radiance.iter().zip(&level.hits) {
+            let [r, g, b, n_hits] = &mut pixels[index];
+            *r += radiance.x;
+            *g += radiance.y;
+            *b += radiance.z;
+            *n_hits += f64::from(u8::from(hit.is_some()));
+            (index, sample) = after(index, sample, n_samples);
+        }
+        first = next;
     }
+    pixels.iter_mut().flatten().for_each(|sum| *sum /= n_samples as f64);
+    Ok(())
+}
+
+/// The pixel and sample that follow.
+#[inline]
+fn after(index: usize, sample: usize, n_samples: usize) -> (usize, usize) {
+    if sample + 1 == n_samples { (index + 1, 0) } else { (index, sample + 1) }
 }
 
 /// Copies a tile into the planes of the film.
