@@ -239,7 +239,8 @@ mod tests {
     }
 
     fn info() -> Info {
-        let stats = AccelStats { n_nodes: 1, n_leaves: 1, depth: 1, sah_cost: f64::NAN, n_unbounded: 0, memory_bytes: 64 };
+        let stats =
+            AccelStats { n_nodes: 1, n_leaves: 1, depth: 1, sah_cost: f64::NAN, n_unbounded: 0, memory_bytes: 64 };
         gather("a.toml".into(), &scene(), 0.1, stats, 0.2)
     }
 

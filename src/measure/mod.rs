@@ -1,3 +1,5 @@
 //! Measuring: error of an image against another.
 
 pub mod difference;
+pub mod oracle;
+pub mod stress;
