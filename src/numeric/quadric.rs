@@ -73,6 +73,14 @@ impl Quadric {
         }
     }
 
+    /// The summed magnitudes of all terms of the surface's value at a point relative to the centre: what its rounding
+    /// is a share of.
+    #[inline]
+    pub fn value_size(&self, h: DVec3) -> f64 {
+        let (magnitudes, h) = (self.magnitudes(), h.abs());
+        h.dot(magnitudes.half_gradient(h) + magnitudes.linear) + magnitudes.constant
+    }
+
     /// Half of the gradient at a point relative to the centre.
     #[inline]
     pub fn half_gradient(&self, h: DVec3) -> DVec3 {
