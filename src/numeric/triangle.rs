@@ -34,19 +34,7 @@ const EDGE_ERROR: f64 = 16.5 * U;
 /// Edges and corners belong to the triangle; a ray in its plane misses.
 #[inline]
 pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
-    // Translate and shear.
-    let Shear { axes: [kx, ky, kz], slope: [sx, sy] } = ray.shear;
-    let sheared = corners.map(|corner| {
-        let p = (corner.as_dvec3() - ray.origin).to_array();
-        [p[kx] - sx * p[kz], p[ky] - sy * p[kz], p[kz]]
-    });
-
-    // Edge functions and what they may be wrong by.
-    let [a, b, c] = sheared;
-    let weights = [b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0], a[0] * b[1] - a[1] * b[0]];
-    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
-    let m = largest(0).max(largest(1));
-    let error = EDGE_ERROR * m * (m + largest(2)) + f64::MIN_POSITIVE;
+    let (weights, error) = edge_functions(ray, corners);
 
     // Certain of opposite signs: outside, whatever the third is.
     let positive = weights.map(|w| w > error);
@@ -69,6 +57,25 @@ pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
         Ratio::Outside => None,
         Ratio::Uncertain => intersect_exact(ray, corners),
     }
+}
+
+/// The three edge functions of the sheared triangle, and what each may be wrong by.
+#[inline]
+pub(crate) fn edge_functions(ray: &PreparedRay, corners: [Vec3; 3]) -> ([f64; 3], f64) {
+    // Translate and shear.
+    let Shear { axes: [kx, ky, kz], slope: [sx, sy] } = ray.shear;
+    let sheared = corners.map(|corner| {
+        let p = (corner.as_dvec3() - ray.origin).to_array();
+        [p[kx] - sx * p[kz], p[ky] - sy * p[kz], p[kz]]
+    });
+
+    // Edge functions and what they may be wrong by.
+    let [a, b, c] = sheared;
+    let weights = [b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0], a[0] * b[1] - a[1] * b[0]];
+    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
+    let m = largest(0).max(largest(1));
+    let error = EDGE_ERROR * m * (m + largest(2)) + f64::MIN_POSITIVE;
+    (weights, error)
 }
 
 /// t = n·(a − o) / n·d in double-double.

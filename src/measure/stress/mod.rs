@@ -169,7 +169,7 @@ mod tests {
     fn every_suite_gets_its_share() {
         let counts = share_out(&SUITES, 1_000_000);
         assert!(counts.iter().all(|&n| n > 10_000));
-        assert!((990_000..=1_000_000).contains(&counts.iter().sum()));
+        assert!((990_000..=1_000_000).contains(&counts.iter().sum::<u64>()));
         assert!(share_out(&SUITES, 1).iter().all(|&n| n == 1));
     }
 }
