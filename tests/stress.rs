@@ -59,6 +59,7 @@ fn a_case_can_be_replayed_by_its_number_and_by_its_numbers() {
 #[test]
 fn hill_climbing_finds_no_error_above_its_bound() {
     for found in worst_case::search(SEED, 20, 300 * multiplier()) {
+        eprintln!("{}: {:.4}", found.bound, found.ratio);
         assert!(found.ratio < 1.0, "{found:?}");
         assert!(found.ratio > 0.01, "the search finds nothing near the bound: {found:?}");
     }

@@ -73,7 +73,7 @@ mod tests {
     fn decoding_keeps_the_value() {
         for x in [1.0, -0.75, 5e-324, f64::MAX, 0.1, -1e-310] {
             let (m, e) = decode(x);
-            assert_eq!(m % 2 != 0, true, "{x:e}");
+            assert!(m % 2 != 0, "{x:e}");
             let half = e / 2;
             assert_eq!(m as f64 * 2f64.powi(half as i32) * 2f64.powi((e - half) as i32), x);
         }

@@ -101,21 +101,20 @@ impl Polynomial {
         let first = self.n_roots() == 2 && slope.sign() == Sign::Minus;
         let root = Wide::integer(&self.discriminant, 0).sqrt();
         let slope = Wide::integer(&slope, -p);
-        let divisor = if slope.is_negative() { slope.add(root.neg()) } else { slope.add(root) };
-        let delta = Wide::integer(&value, -2 * p).div(divisor).neg();
-        (delta.mul(Wide::new(1.0, self.scale)).to_f64(), first)
+        let divisor = if slope.is_negative() { slope + -root } else { slope + root };
+        let delta = -Wide::integer(&value, -2 * p).over(divisor);
+        ((delta * Wide::new(1.0, self.scale)).to_f64(), first)
     }
 
-    /// A root as text, to 17 digits: the larger or the smaller one.
+    /// The larger or the smaller root to about 15 digits, for people to read.
     pub fn approximate_root(&self, larger: bool) -> f64 {
         let (b, root) = (Wide::integer(&self.b, 0), Wide::integer(&self.discriminant, 0).sqrt());
         let b_sign = b.is_negative();
-        let q = if b_sign { b.add(root.neg()) } else { b.add(root) };
+        let q = if b_sign { b + -root } else { b + root };
         // Roots −q/a and −c/q; −q/a is the smaller one when q > 0.
         let use_ratio = self.n_roots() == 2 && (larger == b_sign);
-        let root =
-            if use_ratio { q.neg().div(Wide::integer(&self.a, 0)) } else { Wide::integer(&self.c, 0).div(q).neg() };
-        root.mul(Wide::new(1.0, self.scale)).to_f64()
+        let root = if use_ratio { (-q).over(Wide::integer(&self.a, 0)) } else { -Wide::integer(&self.c, 0).over(q) };
+        (root * Wide::new(1.0, self.scale)).to_f64()
     }
 }
 

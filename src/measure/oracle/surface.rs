@@ -55,7 +55,7 @@ pub fn normal_error(normal: &integer::Vector, unit: Vector) -> Option<f64> {
     if length == Wide::ZERO {
         return None;
     }
-    let off = |i: usize| (Wide::integer(&normal[i], 0).div(length).to_f64() - unit[i]).abs();
+    let off = |i: usize| (Wide::integer(&normal[i], 0).over(length).to_f64() - unit[i]).abs();
     Some(off(0).max(off(1)).max(off(2)))
 }
 

@@ -1,5 +1,7 @@
 //! f64 with an unbounded exponent: sizes of errors, after the exact part is done.
 
+use std::ops::{Add, Mul, Neg};
+
 use num_bigint::{BigInt, Sign};
 
 /// `m · 2^e` with 1 ≤ |m| < 2, or zero. Every operation is right to a few 2⁻⁵³.
@@ -34,24 +36,8 @@ impl Wide {
         Wide::new(m, e + drop as i64)
     }
 
-    /// The sum.
-    pub fn add(self, other: Wide) -> Wide {
-        let (big, small) =
-            if self.m == 0.0 || (other.m != 0.0 && other.e > self.e) { (other, self) } else { (self, other) };
-        let shift = small.e - big.e;
-        if small.m == 0.0 || shift < -200 {
-            return big;
-        }
-        Wide::new(big.m + libm::ldexp(small.m, shift as i32), big.e)
-    }
-
-    /// The product.
-    pub fn mul(self, other: Wide) -> Wide {
-        Wide::new(self.m * other.m, self.e + other.e)
-    }
-
     /// The quotient; zero when the divisor is zero.
-    pub fn div(self, other: Wide) -> Wide {
+    pub fn over(self, other: Wide) -> Wide {
         if other.m == 0.0 { Wide::ZERO } else { Wide::new(self.m / other.m, self.e - other.e) }
     }
 
@@ -59,11 +45,6 @@ impl Wide {
     pub fn sqrt(self) -> Wide {
         let odd = self.e.rem_euclid(2);
         Wide::new(libm::ldexp(self.m, odd as i32).sqrt(), (self.e - odd) / 2)
-    }
-
-    /// The negative.
-    pub fn neg(self) -> Wide {
-        Wide { m: -self.m, e: self.e }
     }
 
     /// Whether it is below zero.
@@ -77,6 +58,36 @@ impl Wide {
     }
 }
 
+impl Add for Wide {
+    type Output = Wide;
+
+    fn add(self, other: Wide) -> Wide {
+        let (big, small) =
+            if self.m == 0.0 || (other.m != 0.0 && other.e > self.e) { (other, self) } else { (self, other) };
+        let shift = small.e - big.e;
+        if small.m == 0.0 || shift < -200 {
+            return big;
+        }
+        Wide::new(big.m + libm::ldexp(small.m, shift as i32), big.e)
+    }
+}
+
+impl Mul for Wide {
+    type Output = Wide;
+
+    fn mul(self, other: Wide) -> Wide {
+        Wide::new(self.m * other.m, self.e + other.e)
+    }
+}
+
+impl Neg for Wide {
+    type Output = Wide;
+
+    fn neg(self) -> Wide {
+        Wide { m: -self.m, e: self.e }
+    }
+}
+
 const TWO_64: f64 = (1u128 << 64) as f64;
 
 #[cfg(test)]
@@ -87,14 +98,14 @@ mod tests {
     fn arithmetic_agrees_with_f64_and_leaves_its_range() {
         let wide = |x: f64| Wide::new(x, 0);
         for (a, b) in [(3.0, 7.0), (-1e10, 3e-7), (1e300, 1e-300), (0.0, 2.0), (5e-324, 1.5)] {
-            assert_eq!(wide(a).add(wide(b)).to_f64(), a + b);
-            assert_eq!(wide(a).mul(wide(b)).to_f64(), a * b);
-            assert_eq!(wide(a).div(wide(b)).to_f64(), a / b);
+            assert_eq!((wide(a) + wide(b)).to_f64(), a + b);
+            assert_eq!((wide(a) * wide(b)).to_f64(), a * b);
+            assert_eq!(wide(a).over(wide(b)).to_f64(), a / b);
         }
         assert_eq!(wide(2.0).sqrt().to_f64(), 2f64.sqrt());
         assert_eq!(wide(8.0).sqrt().to_f64(), 8f64.sqrt());
         let huge = Wide::integer(&(BigInt::from(-5) << 5000u32), 0);
-        assert_eq!(huge.mul(Wide::new(1.0, -5000)).to_f64(), -5.0);
+        assert_eq!((huge * Wide::new(1.0, -5000)).to_f64(), -5.0);
         assert!(huge.is_negative() && huge.to_f64() == f64::NEG_INFINITY);
     }
 }

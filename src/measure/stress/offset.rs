@@ -26,8 +26,7 @@ fn moved(random: &mut Random, at: DVec3, size: f64) -> (Ray, Primitive) {
             let mut corners = shapes::triangle(random, at, size);
             if random.chance(0.3) {
                 // Rounding to f32 leaves little of a small triangle far away: one f32 step is all there is.
-                let step = |c: Vec3, i: usize| Vec3 { x: if i == 0 { c.x.next_up() } else { c.x }, ..c };
-                corners[1] = step(corners[0], 0);
+                corners[1] = Vec3 { x: corners[0].x.next_up(), ..corners[0] };
             }
             let target = shapes::point_of(random, corners);
             (shapes::ray_towards(random, target, from), Primitive::Triangle(corners))

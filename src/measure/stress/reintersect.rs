@@ -73,7 +73,7 @@ fn start(random: &mut Random, tally: &mut Tally) -> Option<Start> {
 }
 
 fn leave(tally: &mut Tally, case: &Case, random: &mut Random, start: &Start) {
-    let Start { ray, hit, primitive, surface } = start;
+    let Start { primitive, surface, .. } = start;
     if case.number.is_multiple_of(10) {
         return go_back(tally, case, start);
     }
@@ -104,7 +104,6 @@ fn leave(tally: &mut Tally, case: &Case, random: &mut Random, start: &Start) {
         let (world, prim) = shell.world();
         right &= away.prepare().is_some_and(|ray| prim.intersect(&world, &ray).is_some());
     }
-    let _ = (ray, hit);
     tally.count(right, || case.text(&away, None));
 }
 

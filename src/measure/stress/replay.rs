@@ -53,7 +53,7 @@ fn single(ray: &Ray, primitive: &Primitive) -> Replayed {
     };
     let answer = match hit {
         None => "miss".to_owned(),
-        Some(hit) => format!("hit at t = {:e} = {}, u = {:e}, v = {:e}", hit.t, hit_text(hit.t), hit.u, hit.v),
+        Some(hit) => format!("hit at t = {:e} = {}, u = {:e}, v = {:e}", hit.t, hex(hit.t), hit.u, hit.v),
     };
     let yes_no = |hits: bool| if hits { "hit" } else { "miss" };
     let mut report = format!(
@@ -76,8 +76,4 @@ fn single(ray: &Ray, primitive: &Primitive) -> Replayed {
     let right = judged.right && tally.inaccurate == 0;
     report.push_str(if right { "verdict    right\n" } else { "verdict    WRONG\n" });
     Replayed { right, report }
-}
-
-fn hit_text(t: f64) -> String {
-    hex(t)
 }

@@ -120,8 +120,8 @@ impl Canonical {
         let d = self.diagonal;
         let (x, y) = (random.sign() / d.x.abs().sqrt().max(1e-20), random.sign() / d.y.abs().sqrt().max(1e-20));
         let local = if d.z < 0.0 {
-            let (cos, sin) = (random.uniform(-1.0, 1.0), 0.0f64);
-            let sin = (1.0 - cos * cos).sqrt() + sin;
+            let cos = random.uniform(-1.0, 1.0);
+            let sin = (1.0 - cos * cos).sqrt();
             dvec3(cos * x, sin * y, random.sign() / d.z.abs().sqrt())
         } else if d.y < 0.0 {
             dvec3(x, y, random.uniform(-1.0, 1.0))

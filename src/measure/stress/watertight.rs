@@ -110,3 +110,14 @@ fn ask_textbooks(tally: &mut Tally, mesh: &Mesh, ray: &Ray) {
     let found = all().any(|corners| textbook::plane_test(o, d, corners).is_some_and(|t| t > 0.0));
     tally.naive_f32.count(found);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn most_meshes_are_seen_from_inside_by_every_ray() {
+        let convex: Vec<bool> = closed_meshes().iter().map(|closed| closed.convex).collect();
+        assert!(convex.iter().filter(|&&convex| convex).count() >= 4, "{convex:?}");
+    }
+}

@@ -9,7 +9,7 @@ use num_bigint::BigInt;
 use rayon::prelude::*;
 
 use super::random::Random;
-use crate::measure::oracle::integer::{cross, decode, difference, dot, scaled, scaled_vector};
+use crate::measure::oracle::integer::{cross, decode, difference, dot, scaled, scaled_vector, sum};
 use crate::measure::oracle::wide::Wide;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::quadric::{self, Quadric};
@@ -122,7 +122,7 @@ fn triangle_edges(x: &[f64]) -> Option<f64> {
         // |weight − exact/d_z| = |weight·d_z − exact|/|d_z|.
         let w_scale = finest([weight]).min(2 * p_scale);
         let off = scaled(weight, w_scale) * dz - (exact << (2 * p_scale - w_scale) as u64);
-        let off = Wide::integer(&off, w_scale).div(Wide::integer(dz, 0)).to_f64().abs();
+        let off = Wide::integer(&off, w_scale).over(Wide::integer(dz, 0)).to_f64().abs();
         off / error
     });
     worst.reduce(f64::max)
@@ -186,8 +186,8 @@ fn exact_quadric(x: &[f64]) -> [(BigInt, i64); 3] {
     let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| scaled_vector(row, q));
     let times = |v: &[BigInt; 3]| rows.each_ref().map(|row| dot(row, v));
     let g = scaled_vector(vector(x, 12).into(), q + p);
-    let gradient = crate::measure::oracle::integer::sum(&times(&h), &g);
-    let both = crate::measure::oracle::integer::sum(&gradient, &g);
+    let gradient = sum(&times(&h), &g);
+    let both = sum(&gradient, &g);
     let constant = dot(&h, &both) + scaled(x[15], q + 2 * p);
     [(dot(&d, &times(&d)), q + 2 * s), (dot(&d, &gradient), q + p + s), (constant, q + 2 * p)]
 }
