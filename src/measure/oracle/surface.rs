@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn a_point_is_exact_and_its_distances_are_small_numbers() {
-        let point = ExactPoint::new([1e10, 0.0, -3.0], [1.0, 1e-10, 0.5], 0.1, 1e-18);
+        let point = ExactPoint::new([1e10, 0.0, -3.0], [1.0, 1e-10, 0.5], 0.1, 0.0);
         assert_eq!(point.distance_to([1e10 + 0.1, 1e-11, -2.95]), {
             let exact_x = (1e10 + 0.1) - 1e10;
             (exact_x - 0.1f64).abs()

@@ -1,7 +1,9 @@
 //! The same triangles twice, and triangles that overlap in one plane.
 
+use std::sync::OnceLock;
+
 use glam::{DVec3, Vec3};
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::mesh::{Mesh, lat_long};
 use super::random::Random;
@@ -20,8 +22,7 @@ pub fn run(block: &Block, tally: &mut Tally) {
     let scene = Scene::of_meshes((0..copies).map(|_| &mesh));
     let alone = Scene::of_meshes([&mesh]);
     let shuffled = Scene::of_meshes([&shuffle(&mut random, &mesh)]);
-    let on_one_thread = ThreadPoolBuilder::new().num_threads(1).build().ok();
-    let rebuilt = on_one_thread.map(|pool| pool.install(|| Accel::build(&scene.world, AccelKind::Bvh)));
+    let rebuilt = one_thread().map(|pool| pool.install(|| Accel::build(&scene.world, AccelKind::Bvh)));
 
     for (case, mut random) in block.each() {
         let triangle = random.below(n_triangles as u64) as usize;
@@ -37,6 +38,12 @@ pub fn run(block: &Block, tally: &mut Tally) {
         }
         tally.count(right, || case.text(&ray, None));
     }
+}
+
+/// A pool of a single thread, made once; `None` where the machine has no thread left.
+fn one_thread() -> Option<&'static ThreadPool> {
+    static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
+    POOL.get_or_init(|| ThreadPoolBuilder::new().num_threads(1).build().ok()).as_ref()
 }
 
 fn closest(accel: &Accel, world: &World, ray: &Ray) -> Hit {

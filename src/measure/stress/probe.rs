@@ -78,6 +78,10 @@ fn note_errors(
     judged: &Judgement,
     surface: &Surface,
 ) -> bool {
+    // A t that underflows has lost digits that no position can have back.
+    if hit.t < f64::MIN_POSITIVE {
+        return true;
+    }
     let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
     let exact = ExactPoint::new(origin, direction, hit.t, judged.delta);
     let size = |v: DVec3| v.abs().max_element();
@@ -90,7 +94,9 @@ fn note_errors(
             (row.center, exact.gradient(&oracle_row(row)), 2.0 * entries / steepness)
         }
     };
-    let largest = size(surface.p).max(size(ray.origin)).max(surface.extent).max(size(center));
+    // The way from origin to hit is a coordinate too: o + t·d cannot be better than t·d.
+    let way = size(surface.p - ray.origin);
+    let largest = size(surface.p).max(size(ray.origin)).max(way).max(surface.extent).max(size(center));
     let off = exact.distance_to(surface.p.to_array());
     let ulps_p = off / ulp(largest);
     tally.max_ulp_p = tally.max_ulp_p.max(ulps_p);
