@@ -45,7 +45,7 @@ pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
             let a = world.triangles.corners(row)[0].as_dvec3();
             let ng = world.triangles.ng(row);
             let off = along - a;
-            Surface { p: along - ng * ng.dot(off), ng, extent: off.abs().max_element() }
+            Surface { p: step_along(along, -ng.dot(off), ng), ng, extent: off.abs().max_element() }
         }
         PrimKind::Sphere => {
             let (center, radius) = (world.spheres.centers[row], world.spheres.radii[row]);
@@ -53,8 +53,7 @@ pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
             let off = along - center;
             let length = off.length();
             let ng = if length > 0.0 && length < f64::INFINITY { off / length } else { facing(ray) };
-            let on = |i: usize| radius.mul_add(ng[i], center[i]);
-            Surface { p: DVec3::new(on(0), on(1), on(2)), ng, extent: radius }
+            Surface { p: step_along(center, radius, ng), ng, extent: radius }
         }
         PrimKind::Quadric => describe_quadric(world, row, ray, along),
     }
@@ -78,11 +77,18 @@ fn describe_quadric(world: &World, row: usize, ray: &Ray, along: DVec3) -> Surfa
     // covers either, times LEAVE_ROUNDINGS.
     let (step, uncertain) =
         if coarseness < STEP_GAIN * way { (value / steepness, 2.0 * coarseness) } else { (0.0, 0.5 * way) };
-    Surface { p: along - ng * step, ng, extent: h.abs().max_element() + uncertain }
+    Surface { p: step_along(along, -step, ng), ng, extent: h.abs().max_element() + uncertain }
 }
 
 /// A step along the normal is made when the value it is made of has a rounding this much smaller than the way.
 const STEP_GAIN: f64 = 1.0 / 16.0;
+
+/// from + length·direction, rounded once.
+#[inline]
+fn step_along(from: DVec3, length: f64, direction: DVec3) -> DVec3 {
+    let on = |i: usize| length.mul_add(direction[i], from[i]);
+    DVec3::new(on(0), on(1), on(2))
+}
 
 fn facing(ray: &Ray) -> DVec3 {
     -ray.direction.normalize_or_zero()
