@@ -8,6 +8,7 @@ pub mod measure;
 pub mod numeric;
 pub mod render;
 pub mod scene;
+pub mod simd;
 pub mod world;
 
 pub use error::Error;

@@ -2,8 +2,8 @@
 //! (Meister and Bittner 2018, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization").
 //!
 //! obvhs pairs neighbours, and among boxes that are all the same a pairing pass finds one pair: a thousand copies give
-//! a chain a thousand deep, and a hundred thousand do not finish. So each distinct box is handed over once; what
-//! shares a box stays together in one run of the order.
+//! a chain a thousand deep, and a hundred thousand do not finish. So each distinct box is handed over once, with what
+//! shares it in a list ([`super::duplicate`]).
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
@@ -12,16 +12,16 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
-use super::duplicate::group_by_box;
-use crate::world::{Bounds, PrimRef, World};
+use super::duplicate::{Groups, Item};
+use crate::world::Bounds;
 
 /// A binary tree over runs of primitives. Children stand behind their parents.
 #[derive(Clone, Debug, Default)]
 pub struct BinaryTree {
     /// Nodes; the root is the first.
     pub nodes: Vec<BinaryNode>,
-    /// Primitives in leaf order: each subtree is one run.
-    pub order: Vec<PrimRef>,
+    /// What lies in the leaves, in their order: each subtree is one run.
+    pub order: Vec<Item>,
 }
 
 /// A node of a [`BinaryTree`].
@@ -31,26 +31,25 @@ pub struct BinaryNode {
     pub bounds: Bounds,
     /// Children, or `None` for a leaf.
     pub children: Option<[u32; 2]>,
-    /// First primitive below, in the order.
+    /// First item below, in the order.
     pub first: u32,
-    /// Primitives below.
-    pub n_prims: u32,
+    /// Items below.
+    pub n_items: u32,
 }
 
 /// Share of nodes that reinsertion tries to place better; obvhs calls this its medium preset.
 const REINSERTION_RATIO: f32 = 0.05;
 
-/// Builds the tree over the primitives, whose boxes stand beside them.
-pub fn build(world: &World, prims: Vec<PrimRef>, boxes: &[Bounds]) -> BinaryTree {
-    let groups = group_by_box(world, prims, boxes);
+/// Builds the tree over boxes.
+pub fn build(groups: &Groups) -> BinaryTree {
     if groups.boxes.is_empty() {
         return BinaryTree::default();
     }
     let bvh = build_bvh2(&groups.boxes);
 
-    // Walk the tree depth first: children behind parents, primitives in the order of leaves.
+    // Walk the tree depth first: children behind parents, items in the order of leaves.
     let mut tree =
-        BinaryTree { nodes: Vec::with_capacity(bvh.nodes.len()), order: Vec::with_capacity(groups.prims.len()) };
+        BinaryTree { nodes: Vec::with_capacity(bvh.nodes.len()), order: Vec::with_capacity(groups.items.len()) };
     let mut stack = vec![(0u32, None::<(u32, usize)>)];
     while let Some((source, parent)) = stack.pop() {
         let node = &bvh.nodes[source as usize];
@@ -63,9 +62,7 @@ pub fn build(world: &World, prims: Vec<PrimRef>, boxes: &[Bounds]) -> BinaryTree
         let first = tree.order.len() as u32;
         let children = if node.is_leaf() {
             let leaf = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            for &group in &bvh.primitive_indices[leaf] {
-                tree.order.extend_from_slice(groups.members(group as usize));
-            }
+            tree.order.extend(bvh.primitive_indices[leaf].iter().map(|&index| groups.items[index as usize]));
             None
         } else {
             stack.push((node.first_index + 1, Some((index, 1))));
@@ -73,9 +70,9 @@ pub fn build(world: &World, prims: Vec<PrimRef>, boxes: &[Bounds]) -> BinaryTree
             Some([0, 0])
         };
         let bounds = Bounds { lo: node.aabb().min.into(), hi: node.aabb().max.into() };
-        tree.nodes.push(BinaryNode { bounds, children, first, n_prims: tree.order.len() as u32 - first });
+        tree.nodes.push(BinaryNode { bounds, children, first, n_items: tree.order.len() as u32 - first });
     }
-    tree.count_prims();
+    tree.count_items();
     tree
 }
 
@@ -94,11 +91,11 @@ fn build_bvh2(boxes: &[Bounds]) -> Bvh2 {
 }
 
 impl BinaryTree {
-    /// Sums the primitives below each inner node. Depth-first order makes its run begin where the node stands.
-    fn count_prims(&mut self) {
+    /// Sums the items below each inner node. Depth-first order makes its run begin where the node stands.
+    fn count_items(&mut self) {
         for index in (0..self.nodes.len()).rev() {
             if let Some([left, right]) = self.nodes[index].children {
-                self.nodes[index].n_prims = self.nodes[left as usize].n_prims + self.nodes[right as usize].n_prims;
+                self.nodes[index].n_items = self.nodes[left as usize].n_items + self.nodes[right as usize].n_items;
             }
         }
     }

@@ -1,4 +1,7 @@
 //! Primitives that share one box, and triangles that are one and the same.
+//!
+//! The builder pairs neighbouring boxes and cannot tell identical ones apart, so each distinct box is handed over once.
+//! What shares it becomes a list, with a small tree of its own.
 
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 
@@ -7,28 +10,24 @@ use rayon::prelude::*;
 
 use crate::world::{Bounds, PrimKind, PrimRef, World};
 
-/// Distinct boxes, and the primitives in each.
-#[derive(Debug, Default)]
-pub struct Groups {
-    /// One box per group.
-    pub boxes: Vec<Bounds>,
-    /// Primitives, group after group, in order of ids within a group.
-    pub prims: Vec<PrimRef>,
-    /// Where each group begins in `prims`; empty when every group has one member.
-    starts: Vec<u32>,
+/// What lies in one box that is handed to the builder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Item {
+    /// One primitive.
+    Prim(PrimRef),
+    /// A row of [`Groups::lists`].
+    List(u32),
 }
 
-impl Groups {
-    /// The members of a group.
-    pub fn members(&self, group: usize) -> &[PrimRef] {
-        match self.starts.get(group) {
-            None => &self.prims[group..=group],
-            Some(&start) => {
-                let end = self.starts.get(group + 1).map_or(self.prims.len(), |&end| end as usize);
-                &self.prims[start as usize..end]
-            }
-        }
-    }
+/// Boxes to build over; no two are alike.
+#[derive(Debug, Default)]
+pub struct Groups {
+    /// Boxes.
+    pub boxes: Vec<Bounds>,
+    /// What lies in each.
+    pub items: Vec<Item>,
+    /// Primitives of one and the same box, in order of ids.
+    pub lists: Vec<Vec<PrimRef>>,
 }
 
 type BoxBits = [u32; 6];
@@ -42,14 +41,14 @@ fn bits(b: &Bounds) -> BoxBits {
 
 /// Groups primitives by box. Of triangles with the same corners in the same order only the first stays: the others
 /// are hit at the same t by every ray and lose the tie.
-pub fn group_by_box(world: &World, prims: Vec<PrimRef>, boxes: &[Bounds]) -> Groups {
+pub fn group_by_box(world: &World, prims: Vec<PrimRef>, boxes: Vec<Bounds>) -> Groups {
     // Sort hashes, not boxes: most scenes have no two boxes alike, and this finds that out quickly.
     let hasher = BuildHasherDefault::<DefaultHasher>::default();
     let mut hashes: Vec<(u64, u32)> =
         boxes.par_iter().enumerate().map(|(i, b)| (hasher.hash_one(bits(b)), i as u32)).collect();
     hashes.par_sort_unstable();
     if hashes.windows(2).all(|pair| pair[0].0 != pair[1].0) {
-        return Groups { boxes: boxes.to_vec(), prims, starts: Vec::new() };
+        return Groups { boxes, items: prims.into_iter().map(Item::Prim).collect(), lists: Vec::new() };
     }
 
     let mut groups = Groups::default();
@@ -60,9 +59,16 @@ pub fn group_by_box(world: &World, prims: Vec<PrimRef>, boxes: &[Bounds]) -> Gro
         run.extend(same_hash.iter().map(|&(_, index)| index));
         run.sort_by_key(|&index| bits(&boxes[index as usize]));
         for members in run.chunk_by(|&a, &b| bits(&boxes[a as usize]) == bits(&boxes[b as usize])) {
-            groups.boxes.push(boxes[members[0] as usize]);
-            groups.starts.push(groups.prims.len() as u32);
-            groups.prims.extend(without_copies(world, members.iter().map(|&index| prims[index as usize]).collect()));
+            let bounds = boxes[members[0] as usize];
+            let members = members.iter().map(|&index| prims[index as usize]).collect();
+            groups.boxes.push(bounds);
+            match without_copies(world, members) {
+                only if only.len() == 1 => groups.items.push(Item::Prim(only[0])),
+                list => {
+                    groups.items.push(Item::List(groups.lists.len() as u32));
+                    groups.lists.push(list);
+                }
+            }
         }
     }
     groups
@@ -73,12 +79,10 @@ fn without_copies(world: &World, mut members: Vec<PrimRef>) -> Vec<PrimRef> {
     if members.len() < 2 {
         return members;
     }
-    let corners = |prim: PrimRef| {
-        (prim.kind() == PrimKind::Triangle).then(|| {
-            world.triangles.corners(prim.row()).map(|corner| (corner + Vec3::ZERO).to_array().map(f32::to_bits))
-        })
-    };
+    let bits = |corner: Vec3| (corner + Vec3::ZERO).to_array().map(f32::to_bits);
     // Kinds other than triangles have no corners and are all kept.
+    let corners =
+        |prim: PrimRef| (prim.kind() == PrimKind::Triangle).then(|| world.triangles.corners(prim.row()).map(bits));
     members.sort_by_cached_key(|&prim| (corners(prim), prim));
     members.dedup_by(|b, a| corners(*b).is_some_and(|corners_b| Some(corners_b) == corners(*a)));
     members.sort_unstable();

@@ -7,12 +7,16 @@ mod build;
 mod collapse;
 mod duplicate;
 mod linear;
+mod list;
 mod single;
 mod slab;
+mod sliver;
 mod wide;
 
 use rayon::prelude::*;
 
+use crate::numeric::prepared::PreparedRay;
+use crate::simd::{Batch, Isa};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use single::Stack;
 use wide::WideTree;
@@ -31,6 +35,7 @@ pub enum AccelKind {
 #[derive(Clone, Debug)]
 pub struct Accel {
     kind: AccelKind,
+    isa: Isa,
     tree: WideTree,
     /// Quadrics without a box; every ray is tested against each.
     unbounded: Vec<PrimRef>,
@@ -58,7 +63,7 @@ impl Accel {
     /// threads.
     pub fn build(world: &World, kind: AccelKind) -> Accel {
         if kind == AccelKind::Linear {
-            return Accel { kind, tree: WideTree::default(), unbounded: Vec::new() };
+            return Accel { kind, isa: Isa::detect(), tree: WideTree::default(), unbounded: Vec::new() };
         }
         let (mut prims, mut boxes, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
         prims.reserve_exact(world.n_prims());
@@ -79,8 +84,9 @@ impl Accel {
         }
         prims.extend(prim::all(world).skip(world.spheres.len() + world.quadrics.len()));
         boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
-        let tree = collapse::collapse(world, &build::build(world, prims, &boxes));
-        Accel { kind, tree, unbounded }
+        let groups = duplicate::group_by_box(world, prims, boxes);
+        let tree = collapse::collapse(world, &groups, &build::build(&groups));
+        Accel { kind, isa: Isa::detect(), tree, unbounded }
     }
 
     /// Answers each ray with its closest hit: the smallest `t`, at equal `t` the lowest id. A ray that
@@ -90,25 +96,7 @@ impl Accel {
     /// When the slices differ in length.
     pub fn closest_hit(&self, world: &World, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
-        let mut stack = Stack::default();
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = match (ray.prepare(), self.kind) {
-                (None, _) => Hit::MISS,
-                (Some(ray), AccelKind::Linear) => linear::closest_hit(world, &ray),
-                (Some(mut ray), AccelKind::Bvh) => {
-                    let mut best = Hit::MISS;
-                    for found in self.unbounded.iter().filter_map(|prim| prim.intersect(world, &ray)) {
-                        if found.is_before(&best) {
-                            best = found;
-                        }
-                    }
-                    if best.is_some() {
-                        ray.t_max = best.t.next_up();
-                    }
-                    single::closest_hit(&self.tree, world, &mut ray, &mut stack, best)
-                }
-            };
-        }
+        self.isa.dispatch(ClosestHits { accel: self, world, rays, hits });
     }
 
     /// Answers each ray with whether anything lies in its interval.
@@ -117,17 +105,25 @@ impl Accel {
     /// When the slices differ in length.
     pub fn occluded(&self, world: &World, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer per ray");
-        let mut stack = Stack::default();
-        for (ray, answer) in rays.iter().zip(occluded) {
-            *answer = match (ray.prepare(), self.kind) {
-                (None, _) => false,
-                (Some(ray), AccelKind::Linear) => linear::occluded(world, &ray),
-                (Some(ray), AccelKind::Bvh) => {
-                    self.unbounded.iter().any(|prim| prim.intersect(world, &ray).is_some())
-                        || single::occluded(&self.tree, world, &ray, &mut stack)
-                }
-            };
+        self.isa.dispatch(Occlusions { accel: self, world, rays, occluded });
+    }
+
+    /// The closest hit outside of the tree; the ray is cut behind it.
+    #[inline(always)]
+    fn closest_unbounded(&self, world: &World, ray: &mut PreparedRay) -> Hit {
+        let mut best = Hit::MISS;
+        for prim in &self.unbounded {
+            if let Some(found) = prim.intersect(world, ray).filter(|found| found.is_before(&best)) {
+                best = found;
+                ray.t_max = ray.t_max.min(found.t.next_up());
+            }
         }
+        best
+    }
+
+    /// The same structure, walked with another instruction set; the answers are the same.
+    pub fn with_isa(self, isa: Isa) -> Accel {
+        Accel { isa, ..self }
     }
 
     /// Figures of the structure.
@@ -147,5 +143,57 @@ impl Accel {
     pub fn bounds(&self) -> Option<Bounds> {
         let root = self.tree.nodes.first()?;
         root.slots().map(|slot| root.bounds(slot)).reduce(Bounds::union)
+    }
+}
+
+/// A batch of closest-hit queries.
+struct ClosestHits<'a> {
+    accel: &'a Accel,
+    world: &'a World,
+    rays: &'a [Ray],
+    hits: &'a mut [Hit],
+}
+
+impl Batch for ClosestHits<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let ClosestHits { accel, world, rays, hits } = self;
+        let mut stack = Stack::default();
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = match (ray.prepare(), accel.kind) {
+                (None, _) => Hit::MISS,
+                (Some(ray), AccelKind::Linear) => linear::closest_hit(world, &ray),
+                (Some(mut ray), AccelKind::Bvh) => {
+                    let best = accel.closest_unbounded(world, &mut ray);
+                    single::closest_hit(&accel.tree, world, &mut ray, &mut stack, best)
+                }
+            };
+        }
+    }
+}
+
+/// A batch of occlusion queries.
+struct Occlusions<'a> {
+    accel: &'a Accel,
+    world: &'a World,
+    rays: &'a [Ray],
+    occluded: &'a mut [bool],
+}
+
+impl Batch for Occlusions<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Occlusions { accel, world, rays, occluded } = self;
+        let mut stack = Stack::default();
+        for (ray, answer) in rays.iter().zip(occluded) {
+            *answer = match (ray.prepare(), accel.kind) {
+                (None, _) => false,
+                (Some(ray), AccelKind::Linear) => linear::occluded(world, &ray),
+                (Some(ray), AccelKind::Bvh) => {
+                    accel.unbounded.iter().any(|prim| prim.intersect(world, &ray).is_some())
+                        || single::occluded(&accel.tree, world, &ray, &mut stack)
+                }
+            };
+        }
     }
 }

@@ -22,6 +22,7 @@ struct Entry {
 }
 
 /// The closest of `best` and everything in the tree.
+#[inline(always)]
 pub fn closest_hit(tree: &WideTree, world: &World, ray: &mut PreparedRay, stack: &mut Stack, mut best: Hit) -> Hit {
     let slab_ray = SlabRay::new(ray);
     let mut t_max = f32_at_least(ray.t_max);
@@ -43,6 +44,7 @@ pub fn closest_hit(tree: &WideTree, world: &World, ray: &mut PreparedRay, stack:
 }
 
 /// Whether anything in the tree lies in the ray's interval.
+#[inline(always)]
 pub fn occluded(tree: &WideTree, world: &World, ray: &PreparedRay, stack: &mut Stack) -> bool {
     let slab_ray = SlabRay::new(ray);
     let t_max = f32_at_least(ray.t_max);
@@ -58,6 +60,7 @@ pub fn occluded(tree: &WideTree, world: &World, ray: &PreparedRay, stack: &mut S
 }
 
 impl Stack {
+    #[inline(always)]
     fn begin(&mut self, tree: &WideTree) {
         self.entries.clear();
         if !tree.nodes.is_empty() {
@@ -66,7 +69,7 @@ impl Stack {
     }
 
     /// Pushes the children that the ray may meet, the nearest last.
-    #[inline]
+    #[inline(always)]
     fn push_children(&mut self, tree: &WideTree, ray: &SlabRay, node: u32, t_max: f32) {
         let node = &tree.nodes[node as usize];
         let hits = ray.hits(&node.slabs, t_max);
@@ -89,7 +92,7 @@ impl Stack {
 }
 
 /// Tests a leaf. The ray is cut behind the best hit, which itself stays inside: a tie goes by id.
-#[inline]
+#[inline(always)]
 fn closest_in_leaf(tree: &WideTree, world: &World, ray: &mut PreparedRay, leaf: Entry, n_prims: usize, best: &mut Hit) {
     let first = leaf.child as usize;
     let mut keep = |hit: Option<Hit>, ray: &mut PreparedRay| {
@@ -122,7 +125,7 @@ fn closest_in_leaf(tree: &WideTree, world: &World, ray: &mut PreparedRay, leaf: 
     }
 }
 
-#[inline]
+#[inline(always)]
 fn any_in_leaf(tree: &WideTree, world: &World, ray: &PreparedRay, leaf: Entry, n_prims: usize) -> bool {
     let leaf_range = leaf.child as usize..leaf.child as usize + n_prims;
     match leaf.tag.kind() {

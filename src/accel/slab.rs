@@ -53,6 +53,7 @@ impl Slabs {
 
 impl SlabRay {
     /// Rounds a ray outwards.
+    #[inline(always)]
     pub fn new(ray: &PreparedRay) -> SlabRay {
         // −0.0 becomes 0.0, so that a parallel ray is treated as running upwards on every axis.
         let direction = (ray.direction + DVec3::ZERO).to_array();
@@ -78,7 +79,7 @@ impl SlabRay {
     }
 
     /// Tests eight boxes against the part of the ray up to `t_max`, which must be rounded upwards.
-    #[inline]
+    #[inline(always)]
     pub fn hits(&self, slabs: &Slabs, t_max: f32) -> SlabHits {
         let mut t_near = [self.t_min; WIDTH];
         let mut t_far = [t_max; WIDTH];

@@ -53,6 +53,17 @@ impl Tag {
     }
 }
 
+/// What a slot of a node holds.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// The box.
+    pub bounds: Bounds,
+    /// Index of a node, or of the first row of a leaf.
+    pub child: u32,
+    /// Which of them.
+    pub tag: Tag,
+}
+
 /// A finished tree. A leaf of triangles is a run of `corners` and `triangle_rows`, any other leaf a run of `prims`.
 /// Corners are copied into leaf order, so that a leaf reads one run of memory.
 #[derive(Clone, Debug, Default)]
@@ -74,13 +85,13 @@ impl WideNode {
     pub const EMPTY: WideNode = WideNode { slabs: Slabs::EMPTY, child: [0; WIDTH], tag: [Tag::NODE; WIDTH] };
 
     /// Fills a slot.
-    pub fn set(&mut self, slot: usize, bounds: &Bounds, child: u32, tag: Tag) {
+    pub fn set(&mut self, slot: usize, entry: &Entry) {
         for axis in 0..3 {
-            self.slabs.lo[axis][slot] = bounds.lo[axis];
-            self.slabs.hi[axis][slot] = bounds.hi[axis];
+            self.slabs.lo[axis][slot] = entry.bounds.lo[axis];
+            self.slabs.hi[axis][slot] = entry.bounds.hi[axis];
         }
-        self.child[slot] = child;
-        self.tag[slot] = tag;
+        self.child[slot] = entry.child;
+        self.tag[slot] = entry.tag;
     }
 
     /// Slots in use.

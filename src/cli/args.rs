@@ -7,12 +7,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use super::value;
 use crate::film::Region;
 
-/// The largest width or height: EXR and PNG keep lengths in 31 bits.
-const MAX_LENGTH_PX: i64 = i32::MAX as i64;
-/// Far beyond what converges any picture; it keeps a slip of the finger from running for days unnoticed.
-const MAX_SAMPLES: i64 = 1 << 20;
-/// Mirrors lose light at every bounce; nothing is left to see after this many.
-const MAX_DEPTH: i64 = 10_000;
+// The first three are the ranges that scene files have too.
+const MAX_LENGTH_PX: i64 = 65_535;
+const MAX_SAMPLES: i64 = 65_536;
+const MAX_DEPTH: i64 = 1000;
 /// A tile is one worker's piece of work; beyond this there is only one of them in most images.
 const MAX_TILE_SIZE_PX: i64 = 1024;
 /// More threads than any machine has cores.
@@ -103,7 +101,7 @@ pub enum Command {
 
 /// Arguments of `flatray render`.
 #[derive(Args, Clone, Debug, Default)]
-#[command(after_help = RENDER_EXAMPLES)]
+#[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
     /// A scene (.toml) or a mesh (.ply .obj .stl, plain or .gz); the built-in scene unless given
     pub input: Option<PathBuf>,
@@ -115,8 +113,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     pub stats: Option<PathBuf>,
     /// Exposure of the PNG in stops; the EXR is scene-linear [default: 0]
-    #[arg(long, value_name = "EV", value_parser = value::exposure_ev, allow_negative_numbers = true,
-          help_heading = "Output")]
+    #[arg(long, value_name = "EV", value_parser = value::exposure_ev, help_heading = "Output")]
     pub exposure: Option<f64>,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Output")]
@@ -132,8 +129,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = value::crop, help_heading = "Image")]
     pub crop: Option<Region>,
     /// Vertical field of view in degrees
-    #[arg(long, value_name = "DEG", value_parser = value::fov_degrees, allow_negative_numbers = true,
-          help_heading = "Image")]
+    #[arg(long, value_name = "DEG", value_parser = value::fov_degrees, help_heading = "Image")]
     pub fov: Option<f64>,
     /// The axis of a mesh file that points up [default: y]
     #[arg(long, value_name = "AXIS", help_heading = "Image")]
@@ -180,7 +176,7 @@ pub struct InfoArgs {
 
 /// Arguments of `flatray diff`.
 #[derive(Args, Debug)]
-#[command(after_help = DIFF_EXAMPLES)]
+#[command(after_help = DIFF_EXAMPLES, allow_negative_numbers = true)]
 pub struct DiffArgs {
     /// The image to judge: .png, .exr or .pfm
     pub a: PathBuf,
@@ -211,8 +207,7 @@ pub struct DiffArgs {
     #[arg(long, value_name = "X", value_parser = value::limit, help_heading = "Limits")]
     pub max_p999: Option<f64>,
     /// Fail when the peak signal-to-noise ratio is smaller
-    #[arg(long, value_name = "DB", value_parser = value::decibels, allow_negative_numbers = true,
-          help_heading = "Limits")]
+    #[arg(long, value_name = "DB", value_parser = value::decibels, help_heading = "Limits")]
     pub min_psnr: Option<f64>,
 }
 

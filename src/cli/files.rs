@@ -104,7 +104,9 @@ mod tests {
 
     use super::*;
 
-    fn writes(text: &'static str) -> Box<dyn Fn(&mut dyn WriteSeek) -> io::Result<()>> {
+    type Content = Box<dyn Fn(&mut dyn WriteSeek) -> io::Result<()>>;
+
+    fn writes(text: &'static str) -> Content {
         Box::new(move |out| out.write_all(text.as_bytes()))
     }
 
@@ -115,7 +117,7 @@ mod tests {
         write_together(&[(&a, writes("1")), (&b, writes("2"))]).unwrap();
         assert_eq!((fs::read_to_string(&a).unwrap(), fs::read_to_string(&b).unwrap()), ("1".into(), "2".into()));
 
-        let fails: Box<dyn Fn(&mut dyn WriteSeek) -> io::Result<()>> = Box::new(|_| Err(io::Error::other("disk full")));
+        let fails: Content = Box::new(|_| Err(io::Error::other("disk full")));
         let error = write_together(&[(&a, writes("3")), (&c, writes("4")), (&b, fails)]).unwrap_err();
         assert!(error.to_string().contains("disk full"), "{error}");
         assert_eq!(error.problems[0].place.file.as_deref(), Some(b.as_path()));

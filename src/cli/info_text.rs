@@ -26,7 +26,9 @@ pub fn describe(info: &Info) -> String {
     page.fact("found", names(&info.features.found));
     page.fact("skipped", names(&info.features.skipped));
     page.heading("memory");
-    for (table, bytes) in &info.memory_bytes {
+    let is_total = |table: &str| table == "total";
+    let (total, tables): (Vec<_>, Vec<_>) = info.memory_bytes.iter().partition(|(table, _)| is_total(table));
+    for (table, bytes) in tables.into_iter().chain(total) {
         page.fact(table, quantity::bytes(bytes.as_u64().unwrap_or(0)));
     }
     bvh(&info.bvh, &mut page);

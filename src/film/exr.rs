@@ -141,8 +141,8 @@ fn block_of(
 /// out.
 ///
 /// # Errors
-/// A file that cannot be read, is cut short or damaged, holds deep or subsampled data, or claims an image too large for
-/// its length.
+/// A file that cannot be read, is cut short or damaged, holds deep or subsampled data, is compressed by B44, DWA or HTJ2K,
+/// or claims an image too large for its length.
 pub fn read(path: impl AsRef<Path>) -> Result<Film, Error> {
     let path = path.as_ref();
     decode(&read_bytes(path)?, path)
@@ -204,12 +204,29 @@ fn choose_part(headers: &[Header], path: &Path) -> Result<usize, Error> {
 /// Refuses an image that its file is too short to hold, before any memory is taken for it.
 ///
 /// Deflate packs at most 258 bytes into 2 bits, 1032 to 1 (RFC 1951, 3.2.5), and PXR24 drops a quarter of a float first:
-/// 1376 to 1. RLE and PIZ pack less tightly, B44 by a fixed ratio; DWA can exceed this on constant images, which is what
-/// the allowance of 64 MiB is for. Tile edges are bounded because the crate multiplies them.
+/// 1376 to 1; RLE and PIZ pack less tightly. The allowance spares small files the argument. Tile edges are bounded
+/// because the crate multiplies them.
+///
+/// The lossy methods B44, B44A, DWAA and DWAB are refused too: on damaged files the decoders of `exr` 1.74.2 panic (B44) or
+/// end the process by taking memory on the word of the file (DWA).
 fn check_plausible(header: &Header, file_length: usize, path: &Path) -> Result<(), Error> {
     const LARGEST_RATIO: usize = 1376;
-    const ALLOWANCE_BYTES: usize = 64 << 20;
+    const ALLOWANCE_BYTES: usize = 16 << 20;
     const LARGEST_TILE_EDGE_PX: usize = 1 << 16;
+    if !matches!(
+        header.compression,
+        Compression::Uncompressed
+            | Compression::RLE
+            | Compression::ZIP1
+            | Compression::ZIP16
+            | Compression::PIZ
+            | Compression::PXR24
+    ) {
+        return Err(Problem::new(Place::file(path), "the EXR file is compressed by a method that is not read")
+            .found(header.compression)
+            .expected("no compression, or RLE, ZIPS, ZIP, PIZ or PXR24")
+            .into());
+    }
     let Vec2(width, height) = header.layer_size;
     let n_bytes = width.checked_mul(height).and_then(|area| area.checked_mul(header.channels.bytes_per_pixel));
     let limit = file_length.saturating_mul(LARGEST_RATIO).saturating_add(ALLOWANCE_BYTES);

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use image::codecs::png::{CompressionType, FilterType, PngDecoder, PngEncoder};
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, Limits};
+use rayon::prelude::*;
 
 use crate::error::{Error, Place, Problem};
 use crate::film::png_chunk::{Transfer, insert_after_header, parse_header, parse_transfer};
@@ -29,11 +30,12 @@ pub fn write(film: &Film, display: &Display, out: &mut (impl Write + ?Sized)) ->
     let Some([r, g, b]) = film.color_planes() else {
         return Err(invalid_input("a PNG needs planes R, G and B, or Y".to_string()));
     };
-    let mut rgba = Vec::with_capacity(film.n_pixels() * 4);
-    for index in 0..film.n_pixels() {
-        let [r, g, b] = display.rgb8([r.samples.get(index), g.samples.get(index), b.samples.get(index)]);
-        rgba.extend_from_slice(&[r, g, b, 255]);
-    }
+    let mut rgba = vec![255; film.n_pixels() * 4];
+    // Every pixel is a pure function of its samples: the threads cannot be seen in the bytes.
+    rgba.par_chunks_exact_mut(4).with_min_len(1 << 12).enumerate().for_each(|(index, pixel)| {
+        let rgb8 = display.rgb8([r, g, b].map(|plane| plane.samples.get(index)));
+        pixel[..3].copy_from_slice(&rgb8);
+    });
     let mut png = Vec::new();
     let (width_px, height_px) = (film.data_window.width_px(), film.data_window.height_px());
     PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
@@ -174,7 +176,7 @@ fn film_of(samples: &FileSamples, transfer: Transfer, path: &Path) -> Result<Fil
 /// Takes interleaved samples apart; with two or four planes the last is alpha.
 fn fill_planes<T: Copy>(planes: &mut [Vec<f32>], values: &[T], color: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) {
     let n_channels = planes.len();
-    let has_alpha = n_channels % 2 == 0;
+    let has_alpha = n_channels.is_multiple_of(2);
     for (index, pixel) in values.chunks_exact(n_channels).enumerate() {
         let opacity = if has_alpha { alpha(pixel[n_channels - 1]) } else { 1.0 };
         for (channel, (plane, &value)) in planes.iter_mut().zip(pixel).enumerate() {

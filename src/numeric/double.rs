@@ -5,6 +5,8 @@
 //! (Algorithm 11), each relative to the result, for all inputs, as long as nothing over- or underflows. Callers see to
 //! that with [`is_tame`].
 
+use std::ops::{Add, Mul, Neg, Sub};
+
 use glam::DVec3;
 
 /// `hi + lo` with |lo| at most half an ulp of `hi`.
@@ -21,7 +23,7 @@ pub const U2: f64 = super::U * super::U;
 
 /// Whether `x` is zero or of a magnitude between 2⁻¹⁵⁰ and 2¹⁵⁰. A tame number is a multiple of 2⁻²⁰², so products of
 /// up to four tame numbers, and of their sums, neither overflow nor lose a bit to underflow.
-#[inline]
+#[inline(always)]
 pub fn is_tame(x: f64) -> bool {
     const LOWEST: u64 = 1023 - 150;
     const SPAN: u64 = 300;
@@ -30,13 +32,13 @@ pub fn is_tame(x: f64) -> bool {
 }
 
 /// Whether all components are tame.
-#[inline]
+#[inline(always)]
 pub fn is_tame3(v: DVec3) -> bool {
     is_tame(v.x) & is_tame(v.y) & is_tame(v.z)
 }
 
 /// a + b without error (Knuth, TAOCP 2, 4.2.2, Theorem B).
-#[inline]
+#[inline(always)]
 pub fn two_sum(a: f64, b: f64) -> Double {
     let hi = a + b;
     let b_part = hi - a;
@@ -45,14 +47,14 @@ pub fn two_sum(a: f64, b: f64) -> Double {
 }
 
 /// a + b without error when |a| ≥ |b| or a = 0 (Dekker 1971).
-#[inline]
+#[inline(always)]
 fn fast_two_sum(a: f64, b: f64) -> Double {
     let hi = a + b;
     Double { hi, lo: b - (hi - a) }
 }
 
 /// a · b without error.
-#[inline]
+#[inline(always)]
 pub fn two_product(a: f64, b: f64) -> Double {
     let hi = a * b;
     Double { hi, lo: a.mul_add(b, -hi) }
@@ -63,61 +65,77 @@ impl Double {
     pub const ZERO: Double = Double { hi: 0.0, lo: 0.0 };
 
     /// An f64 as it is.
-    #[inline]
+    #[inline(always)]
     pub fn new(x: f64) -> Double {
         Double { hi: x, lo: 0.0 }
     }
 
-    /// The sum; error at most 3u² of the result.
-    #[inline]
-    pub fn add(self, other: Double) -> Double {
-        let s = two_sum(self.hi, other.hi);
-        let t = two_sum(self.lo, other.lo);
-        let v = fast_two_sum(s.hi, s.lo + t.hi);
-        fast_two_sum(v.hi, t.lo + v.lo)
-    }
-
-    /// The difference; error at most 3u² of the result.
-    #[inline]
-    pub fn sub(self, other: Double) -> Double {
-        self.add(other.neg())
-    }
-
-    /// The negative, exactly.
-    #[inline]
-    pub fn neg(self) -> Double {
-        Double { hi: -self.hi, lo: -self.lo }
-    }
-
-    /// The product; error at most 5u² of the result.
-    #[inline]
-    pub fn mul(self, other: Double) -> Double {
-        let p = two_product(self.hi, other.hi);
-        let cross = self.hi.mul_add(other.lo, self.lo * other.hi);
-        fast_two_sum(p.hi, p.lo + cross)
-    }
-
     /// The product with an f64; error at most 2u² of the result (Algorithm 9).
-    #[inline]
+    #[inline(always)]
     pub fn scale(self, factor: f64) -> Double {
         let p = two_product(self.hi, factor);
         fast_two_sum(p.hi, self.lo.mul_add(factor, p.lo))
     }
 
     /// The quotient rounded to f64; error at most u of the result and a few u².
-    #[inline]
+    #[inline(always)]
     pub fn quotient(self, divisor: Double) -> f64 {
         let first = self.hi / divisor.hi;
-        let rest = self.sub(divisor.scale(first));
+        let rest = self - divisor.scale(first);
         first + rest.hi / divisor.hi
     }
 
     /// The square root of a positive number; error below 4u² of the result (one Newton step from the f64 root).
-    #[inline]
+    #[inline(always)]
     pub fn sqrt(self) -> Double {
         let root = self.hi.sqrt();
-        let rest = self.sub(two_product(root, root));
+        let rest = self - two_product(root, root);
         fast_two_sum(root, rest.hi / (2.0 * root))
+    }
+}
+
+impl Add for Double {
+    type Output = Double;
+
+    /// The sum; error at most 3u² of the result.
+    #[inline(always)]
+    fn add(self, other: Double) -> Double {
+        let s = two_sum(self.hi, other.hi);
+        let t = two_sum(self.lo, other.lo);
+        let v = fast_two_sum(s.hi, s.lo + t.hi);
+        fast_two_sum(v.hi, t.lo + v.lo)
+    }
+}
+
+impl Neg for Double {
+    type Output = Double;
+
+    /// The negative, exactly.
+    #[inline(always)]
+    fn neg(self) -> Double {
+        Double { hi: -self.hi, lo: -self.lo }
+    }
+}
+
+impl Sub for Double {
+    type Output = Double;
+
+    /// The difference; error at most 3u² of the result.
+    #[inline(always)]
+    fn sub(self, other: Double) -> Double {
+        self + -other
+    }
+}
+
+impl Mul for Double {
+    type Output = Double;
+
+    /// The product; error at most 5u² of the result.
+    #[inline(always)]
+    fn mul(self, other: Double) -> Double {
+        let p = two_product(self.hi, other.hi);
+        let cross = self.hi.mul_add(other.lo, self.lo * other.hi);
+        fast_two_sum(p.hi, p.lo + cross)
     }
 }
 
@@ -130,45 +148,45 @@ pub struct Double3 {
 
 impl Double3 {
     /// `a - b` without error.
-    #[inline]
+    #[inline(always)]
     pub fn difference(a: DVec3, b: DVec3) -> Double3 {
         Double3 { xyz: [two_sum(a.x, -b.x), two_sum(a.y, -b.y), two_sum(a.z, -b.z)] }
     }
 
     /// An f64 vector as it is.
-    #[inline]
+    #[inline(always)]
     pub fn new(v: DVec3) -> Double3 {
         Double3 { xyz: v.to_array().map(Double::new) }
     }
 
     /// The vector rounded to f64.
-    #[inline]
+    #[inline(always)]
     pub fn hi(&self) -> DVec3 {
         DVec3::new(self.xyz[0].hi, self.xyz[1].hi, self.xyz[2].hi)
     }
 
     /// The dot product. Error at most 12u² of the sum of the magnitudes of its terms: 5u² for each product and
     /// 3u² for each of two additions, and the second order.
-    #[inline]
+    #[inline(always)]
     pub fn dot(&self, other: &Double3) -> Double {
         let [ax, ay, az] = self.xyz;
         let [bx, by, bz] = other.xyz;
-        ax.mul(bx).add(ay.mul(by)).add(az.mul(bz))
+        ax * bx + ay * by + az * bz
     }
 
     /// The dot product with an f64 vector; error at most 9u² of the sum of the magnitudes of its terms.
-    #[inline]
+    #[inline(always)]
     pub fn dot_f64(&self, v: DVec3) -> Double {
         let [ax, ay, az] = self.xyz;
-        ax.scale(v.x).add(ay.scale(v.y)).add(az.scale(v.z))
+        ax.scale(v.x) + ay.scale(v.y) + az.scale(v.z)
     }
 
     /// The sum, component by component.
-    #[inline]
+    #[inline(always)]
     pub fn add(&self, other: &Double3) -> Double3 {
         let mut xyz = self.xyz;
         for (sum, term) in xyz.iter_mut().zip(other.xyz) {
-            *sum = sum.add(term);
+            *sum = *sum + term;
         }
         Double3 { xyz }
     }

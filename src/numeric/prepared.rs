@@ -33,7 +33,7 @@ pub struct PreparedRay {
 impl PreparedRay {
     /// Prepares a ray. `None` for one that hits nothing: a component is NaN or infinite, the direction is zero, or the
     /// interval is empty, begins below 0 or has a NaN end.
-    #[inline]
+    #[inline(always)]
     pub fn new(origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> Option<PreparedRay> {
         let sound =
             origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO && t_min >= 0.0 && t_min < t_max;
@@ -50,7 +50,7 @@ impl PreparedRay {
 
 impl Shear {
     /// The shear that turns a direction into its longest axis. Equal lengths take the first.
-    #[inline]
+    #[inline(always)]
     pub fn new(direction: DVec3) -> Shear {
         let size = direction.abs();
         let z = if size.x >= size.y && size.x >= size.z {

@@ -15,7 +15,7 @@ pub type ExactCoefficients = [Dyadic; 3];
 ///
 /// `exact` is asked only for what cannot be certified, root by root, so that a root has the same value whatever the
 /// interval.
-#[inline]
+#[inline(always)]
 pub fn first_root(
     [a, b, c]: [Bounded; 3],
     t_min: f64,
@@ -32,12 +32,12 @@ pub fn first_root(
 }
 
 /// The roots q/a and c/q, as far as double-double can tell.
-#[inline]
+#[inline(always)]
 fn certified_roots(a: Bounded, b: Bounded, c: Bounded, t_min: f64, t_max: f64) -> [Ratio; 2] {
     // Discriminant. Its error is that of the coefficients, of two products and of a difference.
-    let b_squared = b.value.mul(b.value);
-    let ac = a.value.mul(c.value);
-    let discriminant = b_squared.sub(ac);
+    let b_squared = b.value * b.value;
+    let ac = a.value * c.value;
+    let discriminant = b_squared - ac;
     let b_size = b.value.hi.abs();
     let error = SECOND_ORDER
         * (2.0 * b_size * b.error
@@ -58,8 +58,8 @@ fn certified_roots(a: Bounded, b: Bounded, c: Bounded, t_min: f64, t_max: f64) -
     // q. |q| ≥ √discriminant, since the signs agree.
     let root = discriminant.sqrt();
     let root_error = error / (2.0 * root.hi) + 5.0 * U2 * root.hi;
-    let signed_root = if b.value.hi < 0.0 { root.neg() } else { root };
-    let q = b.value.add(signed_root).neg();
+    let signed_root = if b.value.hi < 0.0 { -root } else { root };
+    let q = -(b.value + signed_root);
     let q = Bounded { value: q, error: SECOND_ORDER * (b.error + root_error + 4.0 * U2 * q.hi.abs()) };
     [ratio_inside(q, a, t_min, t_max), ratio_inside(c, q, t_min, t_max)]
 }

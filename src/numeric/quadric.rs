@@ -51,7 +51,7 @@ impl Quadric {
     }
 
     /// Q·v.
-    #[inline]
+    #[inline(always)]
     pub fn times(&self, v: DVec3) -> DVec3 {
         let (d, o) = (self.diagonal, self.off_diagonal);
         DVec3::new(
@@ -62,7 +62,7 @@ impl Quadric {
     }
 
     /// The same surface with the magnitudes of all coefficients, for error bounds.
-    #[inline]
+    #[inline(always)]
     fn magnitudes(&self) -> Quadric {
         Quadric {
             diagonal: self.diagonal.abs(),
@@ -82,7 +82,7 @@ impl Quadric {
     }
 
     /// Half of the gradient at a point relative to the centre.
-    #[inline]
+    #[inline(always)]
     pub fn half_gradient(&self, h: DVec3) -> DVec3 {
         self.times(h) + self.linear
     }
@@ -116,7 +116,7 @@ const FRAME_DAMPING: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// The first parameter in the ray's open interval at which the ray meets the surface. A tangent meets it; a ray that
 /// lies in the surface does not.
-#[inline]
+#[inline(always)]
 pub fn intersect(ray: &PreparedRay, quadric: &Quadric) -> Option<f64> {
     let mut coefficients = [Bounded::UNKNOWN; 3];
     if ray.tame && quadric.tame {
@@ -137,7 +137,7 @@ struct Sizes {
 }
 
 impl Sizes {
-    #[inline]
+    #[inline(always)]
     fn new(ray: &PreparedRay, quadric: &Quadric) -> Sizes {
         let magnitudes = quadric.magnitudes();
         let (d, h) = (ray.direction.abs(), (ray.origin - quadric.center).abs());
@@ -152,7 +152,7 @@ impl Sizes {
 
 /// The f64 tier. First-order errors in units of u: 6 for dᵀQd, 8 for d·(Qh+g), 11 for the constant, each of the
 /// summed magnitudes; 20 of S_b² + S_a·S_c for the discriminant.
-#[inline]
+#[inline(always)]
 fn certainly_misses(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> bool {
     let h = ray.origin - quadric.center;
     let gradient = quadric.half_gradient(h);
@@ -179,13 +179,13 @@ pub(crate) fn bounded_coefficients(ray: &PreparedRay, quadric: &Quadric) -> [Bou
 }
 
 /// The double-double tier: 15u² for dᵀQd, 20u² for d·(Qh+g), 29u² for the constant, each of the summed magnitudes.
-#[inline]
+#[inline(always)]
 fn double_coefficients(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> [Bounded; 3] {
     let d = ray.direction;
     let h = Double3::difference(ray.origin, quadric.center);
     let linear = Double3::new(quadric.linear);
     let gradient = times_double(quadric, &h).add(&linear);
-    let c = gradient.add(&linear).dot(&h).add(Double::new(quadric.constant));
+    let c = gradient.add(&linear).dot(&h) + Double::new(quadric.constant);
     [
         Bounded::new(times_f64(quadric, d).dot_f64(d), 15.0, sizes.a),
         Bounded::new(gradient.dot_f64(d), 20.0, sizes.b),
@@ -194,18 +194,18 @@ fn double_coefficients(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> [
 }
 
 /// Q·v in double-double.
-#[inline]
+#[inline(always)]
 fn times_double(quadric: &Quadric, v: &Double3) -> Double3 {
     let [x, y, z] = v.xyz;
-    let row = |p: f64, q: f64, r: f64| x.scale(p).add(y.scale(q)).add(z.scale(r));
+    let row = |p: f64, q: f64, r: f64| x.scale(p) + y.scale(q) + z.scale(r);
     let (d, o) = (quadric.diagonal, quadric.off_diagonal);
     Double3 { xyz: [row(d.x, o.z, o.y), row(o.z, d.y, o.x), row(o.y, o.x, d.z)] }
 }
 
 /// Q·v of an f64 vector in double-double.
-#[inline]
+#[inline(always)]
 fn times_f64(quadric: &Quadric, v: DVec3) -> Double3 {
-    let row = |p: f64, q: f64, r: f64| two_product(p, v.x).add(two_product(q, v.y)).add(two_product(r, v.z));
+    let row = |p: f64, q: f64, r: f64| two_product(p, v.x) + two_product(q, v.y) + two_product(r, v.z);
     let (d, o) = (quadric.diagonal, quadric.off_diagonal);
     Double3 { xyz: [row(d.x, o.z, o.y), row(o.z, d.y, o.x), row(o.y, o.x, d.z)] }
 }

@@ -16,7 +16,7 @@ impl Bounded {
     pub const UNKNOWN: Bounded = Bounded { value: Double::ZERO, error: f64::INFINITY };
 
     /// A value that is wrong by at most `units` times u² of the summed magnitudes of its terms, to first order.
-    #[inline]
+    #[inline(always)]
     pub fn new(value: Double, units: f64, size: f64) -> Bounded {
         Bounded { value, error: SECOND_ORDER * units * U2 * size }
     }
@@ -37,7 +37,7 @@ pub enum Ratio {
 ///
 /// Whether a value is accepted does not depend on the interval, so that a shorter interval never changes a value that
 /// stays inside of it.
-#[inline]
+#[inline(always)]
 pub fn ratio_inside(n: Bounded, d: Bounded, t_min: f64, t_max: f64) -> Ratio {
     let (n_hi, d_hi) = (n.value.hi, d.value.hi);
     // Certain zeros: nothing divided by nothing, and the origin itself, which is outside of an open interval.

@@ -1,14 +1,14 @@
 //! Directed rounding from f64 to f32.
 
 /// The largest f32 that is not above `x`; NaN stays NaN, −∞ stays −∞.
-#[inline]
+#[inline(always)]
 pub fn f32_at_most(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
 /// The smallest f32 that is not below `x`; NaN stays NaN, ∞ stays ∞.
-#[inline]
+#[inline(always)]
 pub fn f32_at_least(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) < x { nearest.next_up() } else { nearest }

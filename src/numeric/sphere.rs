@@ -12,7 +12,7 @@ use super::tally::count_exact_test;
 
 /// The first parameter in the ray's open interval at which the ray meets the sphere's surface. A tangent meets it.
 /// `center` is finite, `radius` finite and positive.
-#[inline]
+#[inline(always)]
 pub fn intersect(ray: &PreparedRay, center: DVec3, radius: f64) -> Option<f64> {
     let tame = ray.tame && is_tame3(center) && is_tame(radius);
     if tame && certainly_misses(ray, center, radius) {
@@ -26,7 +26,7 @@ pub fn intersect(ray: &PreparedRay, center: DVec3, radius: f64) -> Option<f64> {
 ///
 /// With h = o − c, first-order bounds in units of u: h·d is wrong by 4·|h||d|, h·h − r² by 6·(h·h + r²), the
 /// discriminant by 22·(d·d)(h·h + r²).
-#[inline]
+#[inline(always)]
 fn certainly_misses(ray: &PreparedRay, center: DVec3, radius: f64) -> bool {
     let h = ray.origin - center;
     let (a, b, h2, r2) = (ray.direction.length_squared(), h.dot(ray.direction), h.length_squared(), radius * radius);
@@ -45,18 +45,18 @@ pub(crate) fn discriminant(ray: &PreparedRay, center: DVec3, radius: f64) -> (f6
 }
 
 /// The double-double tier: 6u² for d·d, 9u² for h·d, 15u² for h·h − r², each of the magnitudes summed.
-#[inline]
+#[inline(always)]
 pub(crate) fn double_coefficients(ray: &PreparedRay, center: DVec3, radius: f64) -> [Bounded; 3] {
     let d = ray.direction;
     let h = Double3::difference(ray.origin, center);
     let [dx2, dy2, dz2] = [two_product(d.x, d.x), two_product(d.y, d.y), two_product(d.z, d.z)];
-    let a = dx2.add(dy2).add(dz2);
+    let a = dx2 + dy2 + dz2;
     let r2 = two_product(radius, radius);
     let h2 = h.dot(&h);
     [
         Bounded::new(a, 6.0, a.hi),
         Bounded::new(h.dot_f64(d), 9.0, h.hi().abs().dot(d.abs())),
-        Bounded::new(h2.sub(r2), 15.0, h2.hi + r2.hi),
+        Bounded::new(h2 - r2, 15.0, h2.hi + r2.hi),
     ]
 }
 

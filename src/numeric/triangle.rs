@@ -32,7 +32,7 @@ const EDGE_ERROR: f64 = 16.5 * U;
 /// The hit of a ray with a triangle of finite corners, if its parameter lies in the ray's open interval.
 ///
 /// Edges and corners belong to the triangle; a ray in its plane misses.
-#[inline]
+#[inline(always)]
 pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
     let (weights, error) = edge_functions(ray, corners);
 
@@ -79,7 +79,7 @@ pub(crate) fn edge_functions(ray: &PreparedRay, corners: [Vec3; 3]) -> ([f64; 3]
 }
 
 /// t = n·(a − o) / n·d in double-double.
-#[inline]
+#[inline(always)]
 fn depth(ray: &PreparedRay, corners: [Vec3; 3]) -> Ratio {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3());
     let Some(n) = exact_edges(a, b, c).filter(|_| ray.tame).map(|(e, f)| cross(e, f)) else {
@@ -93,7 +93,7 @@ fn depth(ray: &PreparedRay, corners: [Vec3; 3]) -> Ratio {
 }
 
 /// The edges from the first corner, if f64 holds them exactly; it does unless their exponents lie far apart.
-#[inline]
+#[inline(always)]
 fn exact_edges(a: DVec3, b: DVec3, c: DVec3) -> Option<(DVec3, DVec3)> {
     let (e, f) = (b - a, c - a);
     let rounded = |to: f64, from: f64| two_sum(to, -from).lo != 0.0;
@@ -102,9 +102,9 @@ fn exact_edges(a: DVec3, b: DVec3, c: DVec3) -> Option<(DVec3, DVec3)> {
 }
 
 /// The cross product of exact vectors; each component within 3u² of itself.
-#[inline]
+#[inline(always)]
 fn cross(e: DVec3, f: DVec3) -> Double3 {
-    let component = |p: f64, q: f64, r: f64, s: f64| two_product(p, q).sub(two_product(r, s));
+    let component = |p: f64, q: f64, r: f64, s: f64| two_product(p, q) - two_product(r, s);
     Double3 { xyz: [component(e.y, f.z, e.z, f.y), component(e.z, f.x, e.x, f.z), component(e.x, f.y, e.y, f.x)] }
 }
 

@@ -70,7 +70,7 @@ fn work(job: &Job, next_tile: &AtomicU64, shared: &Mutex<(&mut Film, Tally)>) {
         }
         let region = tile_region(job.settings, tile);
         render_tile(job, &region, &mut wavefront, &mut pixels);
-        copy_into(&mut shared.lock().unwrap_or_else(PoisonError::into_inner).0, &region, &pixels);
+        copy_into(shared.lock().unwrap_or_else(PoisonError::into_inner).0, &region, &pixels);
         let rays = wavefront.counts.total();
         job.control.rays_traced.fetch_add(rays - rays_before, Ordering::Relaxed);
         job.control.tiles_done.fetch_add(1, Ordering::Relaxed);

@@ -21,12 +21,12 @@ const MARGIN: f64 = 0.08;
 /// otherwise fit into the frustum with its tip in the eye.
 const LEAST_CLEARANCE: f64 = 0.25;
 /// A mesh is shaded smooth when this share of its face corners is gentle: within this angle of the vertex normal.
-/// Corners of a cube (55°), of an icosahedron (37°) and along the rims of machine parts (45°) are not; those of a
-/// tessellated curve with more than some 12 faces to a turn are.
-const GENTLE_SHARE: f64 = 0.9;
-const GENTLE_ANGLE_DEGREES: f64 = 25.0;
+/// Corners of a cube (55°), of an icosahedron (37°) and along the rims of machine parts (45°) are not. Of 90 meshes
+/// looked at (2026-11), machine parts reach a share of at most 0.85, scanned and modelled shapes at least 0.89.
+const GENTLE_SHARE: f64 = 0.87;
+const GENTLE_ANGLE_DEGREES: f64 = 35.0;
 /// Linear RGB of a soft grey-blue.
-const BACKGROUND: DVec3 = DVec3::new(0.30, 0.36, 0.43);
+const BACKGROUND: DVec3 = DVec3::new(0.20, 0.24, 0.30);
 
 /// The axes of a view of an object: to the right, up, and from the object towards the viewer.
 #[derive(Clone, Copy, Debug)]

@@ -49,7 +49,8 @@ fn add_sphere(
     let SphereDesc { position, radius } = sphere;
     if Spheres::box_of(*position, radius.value).is_none() {
         let problem = Problem::new(Place::default(), "the sphere reaches beyond the range of 32-bit floats")
-            .found(format!("position {position}, radius {}", radius.value));
+            .found(report.excerpt(&radius.span))
+            .expected("position ± radius within ±3.4e38");
         report.mistake(&radius.span, &format!("{}.radius", hittable.key), problem);
         return;
     }
@@ -122,23 +123,22 @@ fn add_mesh(
     report: &Report,
 ) {
     let MeshDesc { source, phong_interpolation } = desc;
-    let (path, file, span) = match source {
-        MeshSource::File(file_path) => match load_mesh_file(file_path, hittable, base, report) {
-            Some((path, file)) => (path, file, &file_path.span),
-            None => return,
-        },
+    let (path, positions, triangles, span) = match source {
+        MeshSource::File(file_path) => {
+            let Some((path, file)) = load_mesh_file(file_path, hittable, base, report) else { return };
+            let MeshFile { positions, triangles, n_faces: _, warnings } = file;
+            report.warnings_elsewhere(&file_path.span, placed(Error { problems: warnings }, &path, hittable));
+            (path, positions, triangles, &file_path.span)
+        }
         MeshSource::Text { positions, triangles } => {
+            if triangles.is_empty() {
+                let problem = Problem::new(Place::default(), "the mesh has no faces");
+                report.warning(&hittable.span, &hittable.key, problem);
+            }
             let positions = positions.iter().map(|position| position.as_vec3()).collect();
-            let file = MeshFile { positions, triangles: triangles.clone(), warnings: Vec::new() };
-            (report.file().to_path_buf(), file, &hittable.span)
+            (report.file().to_path_buf(), positions, triangles.clone(), &hittable.span)
         }
     };
-    let MeshFile { positions, triangles, warnings } = file;
-    report.warnings_elsewhere(span, placed(Error { problems: warnings }, &path, hittable));
-    if triangles.is_empty() {
-        let problem = Problem::new(Place::file(&path), "the mesh has no triangle");
-        report.warnings_elsewhere(span, placed(problem.into(), &path, hittable));
-    }
     // A scene that is refused anyway needs no tables.
     if report.has_mistakes() {
         return;

@@ -9,6 +9,10 @@ use crate::error::{Error, Place, Problem};
 
 /// Most problems that are told at once; a broken file of a million lines must not answer with a million messages.
 const MAX_TOLD: usize = 50;
+/// Most problems that are kept; the rest is only counted.
+const MAX_KEPT: usize = 10_000;
+/// Most syntax errors that a mistake is compared with; a text with more is hardly TOML, and its keys mean nothing.
+const MAX_SYNTAX_ERRORS: usize = 1_000;
 /// Longest piece of the file that is repeated as the value found, in characters.
 const MAX_FOUND_CHARS: usize = 48;
 
@@ -18,8 +22,24 @@ pub struct Report {
     file: PathBuf,
     text: Arc<str>,
     syntax_errors: RefCell<Vec<Range<usize>>>,
-    errors: RefCell<Vec<Entry>>,
-    warnings: RefCell<Vec<Entry>>,
+    errors: RefCell<Entries>,
+    warnings: RefCell<Entries>,
+}
+
+/// Problems of one kind, up to [`MAX_KEPT`], and how many there were in all.
+#[derive(Debug, Default)]
+struct Entries {
+    kept: Vec<Entry>,
+    n_all: usize,
+}
+
+impl Entries {
+    fn push(&mut self, byte_range: &Range<usize>, problem: Problem) {
+        self.n_all += 1;
+        if self.kept.len() < MAX_KEPT {
+            self.kept.push(Entry { byte_range: byte_range.clone(), problem });
+        }
+    }
 }
 
 /// A problem and where it sorts in. Line and column are found at the end, and only for those that are told.
@@ -74,12 +94,14 @@ impl Report {
         });
         known.push(byte_range.clone());
         if !same_line {
-            let mut problem = Problem::new(Place::default(), format!("not valid TOML: {what}"));
             let excerpt = self.excerpt(&byte_range);
+            let nothing_there = excerpt.is_empty() && what.starts_with("string values must be quoted");
+            let what = if nothing_there { "a value is missing" } else { what };
+            let mut problem = Problem::new(Place::default(), format!("not valid TOML: {what}"));
             if !excerpt.is_empty() {
                 problem = problem.found(excerpt);
             }
-            self.errors.borrow_mut().push(Entry { byte_range, problem });
+            self.errors.borrow_mut().push(&byte_range, problem);
         }
     }
 
@@ -91,31 +113,32 @@ impl Report {
     /// Records a mistake about a key. Mistakes at the place of a syntax error are left out: they follow from it.
     pub fn mistake(&self, byte_range: &Range<usize>, key: &str, problem: Problem) {
         let touches = |at: &Range<usize>| at.start <= byte_range.end + 2 && byte_range.start <= at.end + 2;
-        if !self.syntax_errors.borrow().iter().any(touches) {
-            self.errors.borrow_mut().push(Entry { byte_range: byte_range.clone(), problem: keyed(problem, key) });
+        let syntax_errors = self.syntax_errors.borrow();
+        if syntax_errors.len() <= MAX_SYNTAX_ERRORS && !syntax_errors.iter().any(touches) {
+            self.errors.borrow_mut().push(byte_range, keyed(problem, key));
         }
     }
 
     /// Records a warning about a key.
     pub fn warning(&self, byte_range: &Range<usize>, key: &str, problem: Problem) {
-        self.warnings.borrow_mut().push(Entry { byte_range: byte_range.clone(), problem: keyed(problem, key) });
+        self.warnings.borrow_mut().push(byte_range, keyed(problem, key));
     }
 
     /// Records problems of another file that the bytes of this one refer to; they keep their own places.
     pub fn mistakes_elsewhere(&self, byte_range: &Range<usize>, problems: Vec<Problem>) {
-        let entries = problems.into_iter().map(|problem| Entry { byte_range: byte_range.clone(), problem });
-        self.errors.borrow_mut().extend(entries);
+        let mut errors = self.errors.borrow_mut();
+        problems.into_iter().for_each(|problem| errors.push(byte_range, problem));
     }
 
     /// Records warnings about another file that the bytes of this one refer to.
     pub fn warnings_elsewhere(&self, byte_range: &Range<usize>, problems: Vec<Problem>) {
-        let entries = problems.into_iter().map(|problem| Entry { byte_range: byte_range.clone(), problem });
-        self.warnings.borrow_mut().extend(entries);
+        let mut warnings = self.warnings.borrow_mut();
+        problems.into_iter().for_each(|problem| warnings.push(byte_range, problem));
     }
 
     /// Whether any mistake was recorded.
     pub fn has_mistakes(&self) -> bool {
-        !self.errors.borrow().is_empty()
+        self.errors.borrow().n_all > 0
     }
 
     /// The warnings in the order of the file, or else all mistakes in that order.
@@ -139,11 +162,12 @@ fn keyed(mut problem: Problem, key: &str) -> Problem {
 }
 
 /// Sorts by place, keeps the first, and finds line and column.
-fn located(file: &Path, text: &Arc<str>, mut entries: Vec<Entry>) -> Vec<Problem> {
-    entries.sort_by_key(|entry| entry.byte_range.start);
-    let n_left_out = entries.len().saturating_sub(MAX_TOLD);
-    entries.truncate(MAX_TOLD);
-    let mut problems: Vec<Problem> = entries
+fn located(file: &Path, text: &Arc<str>, entries: Entries) -> Vec<Problem> {
+    let Entries { mut kept, n_all } = entries;
+    kept.sort_by_key(|entry| entry.byte_range.start);
+    kept.truncate(MAX_TOLD);
+    let n_left_out = n_all - kept.len();
+    let mut problems: Vec<Problem> = kept
         .into_iter()
         .map(|Entry { byte_range, mut problem }| {
             if problem.place.file.is_none() {

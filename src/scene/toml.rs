@@ -70,14 +70,14 @@ impl<'t> Table<'t> {
     /// A number that keeps a rule; integers count as numbers.
     pub fn number(&mut self, key: &'static str, rule: &NumberRule) -> Option<Spanned<f64>> {
         let value = self.ask(key)?;
-        let number = number_of(value, &self.path_of(key), rule, self.report)?;
+        let number = number_of(value, &|| self.path_of(key), rule, self.report)?;
         Some(Spanned { value: number, span: value.span() })
     }
 
     /// Three numbers that each keep a rule.
     pub fn vec3(&mut self, key: &'static str, rule: &NumberRule) -> Option<Spanned<DVec3>> {
         let value = self.ask(key)?;
-        let numbers = numbers_of::<3>(value, &self.path_of(key), rule, self.report)?;
+        let numbers = numbers_of::<3>(value, &|| self.path_of(key), rule, self.report)?;
         Some(Spanned { value: DVec3::from_array(numbers), span: value.span() })
     }
 
@@ -85,11 +85,11 @@ impl<'t> Table<'t> {
     pub fn rows4(&mut self, key: &'static str, rule: &NumberRule) -> Option<Spanned<Rows4>> {
         let value = self.ask(key)?;
         let path = self.path_of(key);
-        let rows = elements_of::<4>(value, &path, "4 rows of 4 numbers", self.report)?;
+        let rows = elements_of::<4>(value, &|| path.clone(), "4 rows of 4 numbers", self.report)?;
         let mut matrix = [[0.0; 4]; 4];
         let mut complete = true;
         for (row, (numbers, value)) in matrix.iter_mut().zip(rows.iter()).enumerate() {
-            match numbers_of::<4>(value, &format!("{path}[{row}]"), rule, self.report) {
+            match numbers_of::<4>(value, &|| format!("{path}[{row}]"), rule, self.report) {
                 Some(read) => *numbers = read,
                 None => complete = false,
             }
@@ -105,7 +105,7 @@ impl<'t> Table<'t> {
         };
         let path = self.path_of(key);
         let points = array.iter().enumerate().map(|(row, point)| {
-            numbers_of::<3>(point, &format!("{path}[{row}]"), rule, self.report).map(DVec3::from_array)
+            numbers_of::<3>(point, &|| format!("{path}[{row}]"), rule, self.report).map(DVec3::from_array)
         });
         // Read all of them before giving up, so that every mistake is recorded.
         let points: Vec<Option<DVec3>> = points.collect();
@@ -120,11 +120,11 @@ impl<'t> Table<'t> {
         };
         let path = self.path_of(key);
         let triples = array.iter().enumerate().map(|(row, triple)| {
-            let path = format!("{path}[{row}]");
+            let path = || format!("{path}[{row}]");
             let elements = elements_of::<3>(triple, &path, "3 rows of `vertices`", self.report)?;
             let mut indices = [0; 3];
             for (corner, (index, element)) in indices.iter_mut().zip(elements.iter()).enumerate() {
-                *index = index_of(element, &format!("{path}[{corner}]"), n_rows, self.report)?;
+                *index = index_of(element, &|| format!("{}[{corner}]", path()), n_rows, self.report)?;
             }
             Some(indices)
         });
@@ -270,7 +270,7 @@ fn wrong_type(value: &Value<'_>, expected: &str, report: &Report) -> Problem {
     Problem::new(Place::default(), "wrong type").found(found).expected(expected)
 }
 
-fn number_of(value: &Value<'_>, path: &str, rule: &NumberRule, report: &Report) -> Option<f64> {
+fn number_of(value: &Value<'_>, path: &dyn Fn() -> String, rule: &NumberRule, report: &Report) -> Option<f64> {
     let number = match value.get_ref() {
         DeValue::Integer(integer) => i128::from_str_radix(integer.as_str(), integer.radix())
             .map(|n| n as f64)
@@ -278,7 +278,7 @@ fn number_of(value: &Value<'_>, path: &str, rule: &NumberRule, report: &Report) 
             .unwrap_or(f64::NAN),
         DeValue::Float(float) => float.as_str().parse::<f64>().unwrap_or(f64::NAN),
         _ => {
-            report.mistake(&value.span(), path, wrong_type(value, rule.expected, report));
+            report.mistake(&value.span(), &path(), wrong_type(value, rule.expected, report));
             return None;
         }
     };
@@ -287,51 +287,56 @@ fn number_of(value: &Value<'_>, path: &str, rule: &NumberRule, report: &Report) 
     }
     let what = if number.is_finite() { "value out of range" } else { "not a finite number" };
     let found = report.excerpt(&value.span());
-    report.mistake(&value.span(), path, Problem::new(Place::default(), what).found(found).expected(rule.expected));
+    report.mistake(&value.span(), &path(), Problem::new(Place::default(), what).found(found).expected(rule.expected));
     None
 }
 
-fn index_of(value: &Value<'_>, path: &str, n_rows: usize, report: &Report) -> Option<u32> {
+fn index_of(value: &Value<'_>, path: &dyn Fn() -> String, n_rows: usize, report: &Report) -> Option<u32> {
     let expected = match n_rows {
         0 => "no row: there are no vertices".to_owned(),
         n => format!("a row of `vertices`, 0 to {}", n - 1),
     };
     let DeValue::Integer(integer) = value.get_ref() else {
-        report.mistake(&value.span(), path, wrong_type(value, &expected, report));
+        report.mistake(&value.span(), &path(), wrong_type(value, &expected, report));
         return None;
     };
     let index = u32::from_str_radix(integer.as_str(), integer.radix()).ok().filter(|&row| (row as usize) < n_rows);
     if index.is_none() {
         let problem = Problem::new(Place::default(), "index out of range");
-        report.mistake(&value.span(), path, problem.found(report.excerpt(&value.span())).expected(expected));
+        report.mistake(&value.span(), &path(), problem.found(report.excerpt(&value.span())).expected(expected));
     }
     index
 }
 
 fn elements_of<'v, const N: usize>(
     value: &'v Value<'v>,
-    path: &str,
+    path: &dyn Fn() -> String,
     expected: &str,
     report: &Report,
 ) -> Option<&'v DeArray<'v>> {
     let DeValue::Array(array) = value.get_ref() else {
-        report.mistake(&value.span(), path, wrong_type(value, expected, report));
+        report.mistake(&value.span(), &path(), wrong_type(value, expected, report));
         return None;
     };
     if array.len() != N {
         let problem = Problem::new(Place::default(), "wrong length").found(array.len()).expected(expected);
-        report.mistake(&value.span(), path, problem);
+        report.mistake(&value.span(), &path(), problem);
         return None;
     }
     Some(array)
 }
 
-fn numbers_of<const N: usize>(value: &Value<'_>, path: &str, rule: &NumberRule, report: &Report) -> Option<[f64; N]> {
+fn numbers_of<const N: usize>(
+    value: &Value<'_>,
+    path: &dyn Fn() -> String,
+    rule: &NumberRule,
+    report: &Report,
+) -> Option<[f64; N]> {
     let elements = elements_of::<N>(value, path, &format!("{N} numbers"), report)?;
     let mut numbers = [0.0; N];
     let mut complete = true;
     for (index, (number, element)) in numbers.iter_mut().zip(elements.iter()).enumerate() {
-        match number_of(element, &format!("{path}[{index}]"), rule, report) {
+        match number_of(element, &|| format!("{}[{index}]", path()), rule, report) {
             Some(read) => *number = read,
             None => complete = false,
         }

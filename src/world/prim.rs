@@ -66,6 +66,7 @@ impl PrimRef {
     }
 
     /// The hit of this primitive by the ray that comes first within the ray's interval.
+    #[inline(always)]
     pub fn intersect(self, world: &World, ray: &PreparedRay) -> Option<Hit> {
         match self.kind() {
             PrimKind::Sphere => world.spheres.intersect(self.row(), ray),

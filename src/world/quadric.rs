@@ -44,7 +44,7 @@ impl Quadrics {
     }
 
     /// The first hit of a row within the ray's interval.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
         let t = intersect(ray, &self.surfaces[row])?;
         Some(Hit { t, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Quadric, row) })

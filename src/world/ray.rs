@@ -35,7 +35,7 @@ impl Ray {
     }
 
     /// The ray as the kernels want it; `None` when it can hit nothing (see [`PreparedRay::new`]).
-    #[inline]
+    #[inline(always)]
     pub fn prepare(&self) -> Option<PreparedRay> {
         PreparedRay::new(self.origin, self.direction, self.t_min, self.t_max)
     }

@@ -55,7 +55,7 @@ impl Spheres {
     }
 
     /// The first hit of a row within the ray's interval.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
         let t = intersect(ray, self.centers[row], self.radii[row])?;
         Some(Hit { t, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Sphere, row) })

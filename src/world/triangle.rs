@@ -86,7 +86,7 @@ impl Triangles {
     }
 
     /// The hit of a row within the ray's interval.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
         let TriangleHit { t, u, v } = intersect(ray, self.corners(row))?;
         Some(Hit { t, u, v, prim: PrimRef::new(PrimKind::Triangle, row) })

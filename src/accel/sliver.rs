@@ -1,0 +1,142 @@
+//! Bundles of triangles that share one box, cut in space.
+//!
+//! A sliver fills little of its box, and when a hundred thousand share a box a ray that passes beside them all should
+//! test none. So the box is cut into slices along its longest axis, and each slice has a tree over boxes that are as
+//! tight as the pieces of the triangles in it (the idea of early split clipping, Ernst and Greiner 2007). The triangles
+//! themselves stand in leaves of neighbours that all slices share.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::wide::{Entry, MAX_LEAF, WideTree};
+use crate::numeric::U;
+use crate::world::{Bounds, PrimRef, World};
+
+/// Triangles in one box from which on they are cut in space. Below, testing all of them costs less than more boxes.
+pub const BUNDLE: usize = 64;
+
+/// Slices of a bundle. A slice costs a box per leaf, four bytes per triangle.
+const N_SLICES: usize = 32;
+
+/// Rounding of an interpolated point, in shares of the largest coordinate: three operations of u each, and as much for
+/// the point on the plane itself.
+const CLIP_ERROR: f64 = 6.0 * U;
+
+impl WideTree {
+    /// Appends a bundle of triangles.
+    pub fn push_bundle(&mut self, world: &World, bundle: &[PrimRef]) -> Entry {
+        let mut members = bundle.to_vec();
+        sort_by_place(world, &mut members);
+        let leaves: Vec<Entry> = members
+            .chunks_mut(MAX_LEAF)
+            .map(|leaf| {
+                leaf.sort_unstable();
+                self.push_leaf(world, leaf)
+            })
+            .collect();
+        let slices: Vec<Vec<Option<Bounds>>> =
+            members.par_chunks(MAX_LEAF).map(|leaf| slices_of(world, leaf)).collect();
+        let roots = (0..N_SLICES)
+            .filter_map(|slice| {
+                let in_slice = leaves
+                    .iter()
+                    .zip(&slices)
+                    .filter_map(|(leaf, boxes)| boxes[slice].map(|bounds| Entry { bounds, ..*leaf }));
+                self.push_balanced(in_slice.collect())
+            })
+            .collect();
+        self.push_balanced(roots).unwrap_or(leaves[0])
+    }
+}
+
+/// Sorts triangles along a Morton curve through their centres.
+fn sort_by_place(world: &World, members: &mut [PrimRef]) {
+    let center = |prim: &PrimRef| world.triangles.corners(prim.row()).iter().map(|c| c.as_dvec3()).sum::<DVec3>();
+    let (lo, hi) =
+        members.iter().map(center).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
+    members.par_sort_by_cached_key(|prim| (morton_code((center(prim) - lo) / (hi - lo)), *prim));
+}
+
+/// Interleaves ten bits of each coordinate of a point in the unit cube; NaN counts as 0.
+fn morton_code(p: DVec3) -> u32 {
+    let spread = |x: f64| {
+        let x = (x * 1023.0) as u32 & 0x3ff;
+        let x = (x | x << 16) & 0x0300_00ff;
+        let x = (x | x << 8) & 0x0300_f00f;
+        let x = (x | x << 4) & 0x030c_30c3;
+        (x | x << 2) & 0x0924_9249
+    };
+    spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2
+}
+
+/// The boxes of a leaf's pieces in each slice of the box that the bundle shares; `None` where it has none.
+fn slices_of(world: &World, leaf: &[PrimRef]) -> Vec<Option<Bounds>> {
+    // All triangles of the bundle have the same box.
+    let whole = world.triangles.bounds(leaf[0].row());
+    let extent = whole.extent();
+    let axis = (0..3).max_by(|&i, &j| extent[i].total_cmp(&extent[j])).unwrap_or(0);
+    let plane = |i: usize| match i {
+        // The outermost planes are those of the box, whatever their rounding.
+        0 => f64::from(whole.lo[axis]),
+        N_SLICES => f64::from(whole.hi[axis]),
+        _ => f64::from(whole.lo[axis]) + extent[axis] * (i as f64 / N_SLICES as f64),
+    };
+    let slice = |i: usize| {
+        let corners = leaf.iter().map(|prim| world.triangles.corners(prim.row()));
+        let pieces = corners.filter_map(|corners| clip(corners, axis, plane(i), plane(i + 1)));
+        let (lo, hi) = pieces.reduce(|(lo, hi), (piece_lo, piece_hi)| (lo.min(piece_lo), hi.max(piece_hi)))?;
+        // A piece at the edge of the range of f32 keeps the whole box.
+        Some(Bounds::around(lo, hi).unwrap_or(whole))
+    };
+    (0..N_SLICES).map(slice).collect()
+}
+
+/// A box around the part of a triangle between two planes across an axis, widened by the rounding of the clipping.
+fn clip(corners: [Vec3; 3], axis: usize, from: f64, to: f64) -> Option<(DVec3, DVec3)> {
+    let corners = corners.map(|corner| corner.as_dvec3());
+    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut include = |p: DVec3| {
+        lo = lo.min(p);
+        hi = hi.max(p);
+    };
+    for i in 0..3 {
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        if (from..=to).contains(&a[axis]) {
+            include(a);
+        }
+        for plane in [from, to] {
+            if (a[axis] < plane) != (b[axis] < plane) {
+                include(a + (b - a) * ((plane - a[axis]) / (b[axis] - a[axis])));
+            }
+        }
+    }
+    let largest = corners.iter().fold(0.0, |largest: f64, corner| largest.max(corner.abs().max_element()));
+    let error = CLIP_ERROR * largest;
+    (lo.x <= hi.x).then(|| (lo - error, hi + error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_point_of_a_triangle_lies_in_a_slice() {
+        let corners = [Vec3::new(0.1, 0.3, -7.0), Vec3::new(5.0, 4.0, 3.0), Vec3::new(1.0, 1.1, 2.0)];
+        let world = World::from_triangles(corners.to_vec(), vec![[0, 1, 2]]).unwrap();
+        let slices = slices_of(&world, &[PrimRef::new(crate::world::PrimKind::Triangle, 0)]);
+        let slices: Vec<Bounds> = slices.into_iter().flatten().collect();
+        assert_eq!(slices.len(), N_SLICES);
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+        for i in 0..=100 {
+            for j in 0..=100 - i {
+                let p = a + (b - a) * (f64::from(i) / 100.0) + (c - a) * (f64::from(j) / 100.0);
+                let inside = |s: &Bounds| p.cmpge(s.lo.as_dvec3()).all() && p.cmple(s.hi.as_dvec3()).all();
+                assert!(slices.iter().any(inside), "{p}");
+            }
+        }
+        let volume = |b: &Bounds| b.extent().element_product();
+        let all: f64 = slices.iter().map(volume).sum();
+        let whole = world.bounds().map_or(0.0, |b| volume(&b));
+        assert!(all < 0.25 * whole, "slices of {all} in a box of {whole}");
+    }
+}

@@ -1,0 +1,56 @@
+//! Geometry made for measuring: the same on every machine.
+
+use glam::Vec3;
+
+/// A fractal terrain over [−1, 1]² in x and z, y up: `2·n·n` triangles. Value noise in six octaves, heights from an
+/// integer hash and rounded once, so that bits do not depend on the machine.
+pub fn terrain(n: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let coordinate = |i: u32| 2.0 * f64::from(i) / f64::from(n) - 1.0;
+    let grid = |n_rows: u32| (0..n_rows).flat_map(move |j| (0..n_rows).map(move |i| (i, j)));
+    let positions = grid(n + 1)
+        .map(|(i, j)| {
+            let (x, z) = (coordinate(i), coordinate(j));
+            Vec3::new(x as f32, height(x, z) as f32, z as f32)
+        })
+        .collect();
+    let triangles = grid(n)
+        .flat_map(|(i, j)| {
+            let at = |i: u32, j: u32| j * (n + 1) + i;
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
+            [[a, c, b], [b, c, d]]
+        })
+        .collect();
+    (positions, triangles)
+}
+
+fn height(x: f64, z: f64) -> f64 {
+    let mut sum = 0.0;
+    let (mut frequency, mut amplitude) = (2.0, 0.25);
+    for octave in 0..6 {
+        sum += amplitude * noise(x * frequency, z * frequency, octave);
+        frequency *= 2.0;
+        amplitude *= 0.5;
+    }
+    sum
+}
+
+/// Value noise in [−1, 1] with bilinear interpolation.
+fn noise(x: f64, z: f64, octave: u64) -> f64 {
+    let (x0, z0) = (x.floor(), z.floor());
+    let (u, v) = (x - x0, z - z0);
+    let value = |dx: i64, dz: i64| {
+        let cell = (x0 as i64 + dx) as u64 & 0xffff | ((z0 as i64 + dz) as u64 & 0xffff) << 16 | octave << 32;
+        hash_unit(cell) * 2.0 - 1.0
+    };
+    let near = value(0, 0) * (1.0 - u) + value(1, 0) * u;
+    let far = value(0, 1) * (1.0 - u) + value(1, 1) * u;
+    near * (1.0 - v) + far * v
+}
+
+/// A number in [0, 1) from the output function of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014).
+pub fn hash_unit(x: u64) -> f64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((x ^ x >> 31) >> 11) as f64 / (1u64 << 53) as f64
+}

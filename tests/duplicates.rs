@@ -1,0 +1,91 @@
+//! Input that chains naive builders: identical triangles, and different ones that share one box.
+
+use flatray::accel::{Accel, AccelKind};
+use flatray::measure::generate::hash_unit;
+use flatray::world::{Hit, MaterialId, ObjectId, PrimKind, PrimRef, Ray, World};
+use glam::{DVec3, Vec3};
+
+const N: u32 = 100_000;
+
+fn world(corners: impl Fn(u64) -> [Vec3; 3]) -> World {
+    let positions: Vec<Vec3> = (0..u64::from(N)).flat_map(corners).collect();
+    let triangles = (0..N).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    World::from_triangles(positions, triangles).unwrap()
+}
+
+/// Every other ray is aimed at the diagonal of the unit cube, the others pass around it.
+fn rays(n: u64) -> Vec<Ray> {
+    (0..n)
+        .map(|i| {
+            let unit = |k: u64| hash_unit(i * 8 + k);
+            let origin = DVec3::new(4.0 * unit(0) - 1.5, 4.0 * unit(1) - 1.5, 4.0);
+            let near = DVec3::splat(unit(2)) + 0.01 * DVec3::new(unit(3), unit(4), unit(5));
+            let around = DVec3::new(4.0 * unit(2) - 1.5, 4.0 * unit(3) - 1.5, 0.5);
+            Ray::new(origin, if i % 2 == 0 { near } else { around } - origin)
+        })
+        .collect()
+}
+
+/// A sliver along the diagonal of the unit cube; all have the cube for their box.
+fn sliver(i: u64) -> [Vec3; 3] {
+    let along = 0.1 + 0.8 * hash_unit(2 * i) as f32;
+    let off = 0.05 * hash_unit(2 * i + 1) as f32;
+    [Vec3::ZERO, Vec3::ONE, Vec3::new(along + off, along, along - off)]
+}
+
+fn assert_equals_full_scan(world: &World, accel: &Accel, rays: &[Ray]) {
+    let linear = Accel::build(world, AccelKind::Linear);
+    let (mut fast, mut slow) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
+    accel.closest_hit(world, rays, &mut fast);
+    linear.closest_hit(world, rays, &mut slow);
+    assert_eq!(fast, slow);
+    assert!(fast.iter().any(Hit::is_some) && !fast.iter().all(Hit::is_some));
+    let (mut fast, mut slow) = (vec![false; rays.len()], vec![false; rays.len()]);
+    accel.occluded(world, rays, &mut fast);
+    linear.occluded(world, rays, &mut slow);
+    assert_eq!(fast, slow);
+}
+
+#[test]
+fn identical_triangles_cost_what_one_costs_and_the_first_is_hit() {
+    let world = world(|_| [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    let accel = Accel::build(&world, AccelKind::Bvh);
+    let stats = accel.stats();
+    assert_eq!((stats.n_nodes, stats.n_leaves, stats.depth), (1, 1, 1));
+    let ray = Ray::new(DVec3::new(0.25, 0.25, 1.0), -DVec3::Z);
+    let mut hits = [Hit::MISS];
+    accel.closest_hit(&world, &[ray], &mut hits);
+    assert_eq!(hits[0].prim, PrimRef::new(PrimKind::Triangle, 0));
+    assert_equals_full_scan(&world, &accel, &rays(40));
+}
+
+#[test]
+fn slivers_that_share_a_box_make_a_shallow_tree_and_answer_like_the_full_scan() {
+    let world = world(sliver);
+    let accel = Accel::build(&world, AccelKind::Bvh);
+    let stats = accel.stats();
+    // 32 slices over 12,500 leaves of eight: two levels, and five below. The root is one more.
+    assert!(stats.depth <= 8, "{stats:?}");
+    assert!(stats.memory_bytes < 200 * N as usize, "{stats:?}");
+    assert_equals_full_scan(&world, &accel, &rays(40));
+}
+
+#[test]
+fn copies_of_spheres_and_quadrics_stay_and_the_lowest_id_wins() {
+    let mut world = World::default();
+    let material = world.materials.add(&Default::default());
+    for object in 0..20 {
+        world.spheres.add(DVec3::ZERO, 1.0, material, ObjectId(object));
+    }
+    let (positions, triangles) = (vec![Vec3::ONE, -Vec3::ONE, Vec3::new(1.0, -1.0, 0.0)], vec![[0, 1, 2]; 20]);
+    let input = flatray::world::MeshInput {
+        positions,
+        triangles,
+        material: MaterialId(0),
+        object: ObjectId(99),
+        ..Default::default()
+    };
+    world.add_mesh(input).unwrap();
+    let accel = Accel::build(&world, AccelKind::Bvh);
+    assert_equals_full_scan(&world, &accel, &rays(500));
+}
