@@ -16,7 +16,7 @@ use crate::world::{Bounds, PrimRef, World};
 pub const BUNDLE: usize = 64;
 
 /// Slices of a bundle. A slice costs a box per leaf, four bytes per triangle.
-const N_SLICES: usize = 8;
+const N_SLICES: usize = 32;
 
 /// Rounding of an interpolated point, in shares of the largest coordinate: three operations of u each, and as much for
 /// the point on the plane itself.

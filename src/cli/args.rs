@@ -95,6 +95,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Compare two images
     Diff(DiffArgs),
+    /// Test the kernels against exact arithmetic
+    Stress(super::stress::Args),
 }
 
 /// Arguments of `flatray render`.

@@ -3,7 +3,7 @@
 //! | room | does |
 //! |---|---|
 //! | `args`, `value` | what may be said, and how it is read |
-//! | `render`, `info`, `diff` | one command each |
+//! | `render`, `info`, `diff`, `stress` | one command each |
 //! | `plan`, `output` | what a render will do and write, settled before it starts |
 //! | `progress`, `stats`, `info_text`, `quantity` | what is shown |
 //! | `diagnostic`, `terminal` | how problems look, and where text goes |
@@ -26,6 +26,7 @@ mod progress;
 mod quantity;
 mod render;
 mod stats;
+mod stress;
 mod terminal;
 mod value;
 
@@ -44,6 +45,7 @@ pub fn main() -> ExitCode {
         Ok(Cli { command: Some(Command::Render(args)) }) => (render::run(&args), "nothing was rendered"),
         Ok(Cli { command: Some(Command::Info(args)) }) => (info::run(&args), "nothing to tell"),
         Ok(Cli { command: Some(Command::Diff(args)) }) => (diff::run(&args), "nothing was compared"),
+        Ok(Cli { command: Some(Command::Stress(args)) }) => (stress::run(&args), "nothing was tested"),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,3 +2,5 @@
 
 pub mod difference;
 pub mod generate;
+pub mod oracle;
+pub mod stress;

@@ -73,6 +73,14 @@ impl Quadric {
         }
     }
 
+    /// The summed magnitudes of all terms of the surface's value at a point relative to the centre: what its rounding
+    /// is a share of.
+    #[inline]
+    pub fn value_size(&self, h: DVec3) -> f64 {
+        let (magnitudes, h) = (self.magnitudes(), h.abs());
+        h.dot(magnitudes.half_gradient(h) + magnitudes.linear) + magnitudes.constant
+    }
+
     /// Half of the gradient at a point relative to the centre.
     #[inline(always)]
     pub fn half_gradient(&self, h: DVec3) -> DVec3 {
@@ -152,6 +160,22 @@ fn certainly_misses(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> bool
     let b = ray.direction.dot(gradient);
     let c = h.dot(gradient + quadric.linear) + quadric.constant;
     b * b - a * c < -21.0 * U * (sizes.b * sizes.b + sizes.a * sizes.c)
+}
+
+/// b² − ac as the f64 tier has it, and its bound: for the search for the worst case.
+pub(crate) fn discriminant(ray: &PreparedRay, quadric: &Quadric) -> (f64, f64) {
+    let sizes = Sizes::new(ray, quadric);
+    let h = ray.origin - quadric.center;
+    let gradient = quadric.half_gradient(h);
+    let a = ray.direction.dot(quadric.times(ray.direction));
+    let b = ray.direction.dot(gradient);
+    let c = h.dot(gradient + quadric.linear) + quadric.constant;
+    (b * b - a * c, 21.0 * U * (sizes.b * sizes.b + sizes.a * sizes.c))
+}
+
+/// The coefficients of the double-double tier with their bounds: for the search for the worst case.
+pub(crate) fn bounded_coefficients(ray: &PreparedRay, quadric: &Quadric) -> [Bounded; 3] {
+    double_coefficients(ray, quadric, &Sizes::new(ray, quadric))
 }
 
 /// The double-double tier: 15u² for dᵀQd, 20u² for d·(Qh+g), 29u² for the constant, each of the summed magnitudes.

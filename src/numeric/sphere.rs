@@ -37,9 +37,16 @@ fn certainly_misses(ray: &PreparedRay, center: DVec3, radius: f64) -> bool {
     leaving || discriminant < -24.0 * U * a * size
 }
 
+/// b² − ac as the f64 tier has it, and its bound: for the search for the worst case.
+pub(crate) fn discriminant(ray: &PreparedRay, center: DVec3, radius: f64) -> (f64, f64) {
+    let h = ray.origin - center;
+    let (a, b, h2, r2) = (ray.direction.length_squared(), h.dot(ray.direction), h.length_squared(), radius * radius);
+    (b * b - a * (h2 - r2), 24.0 * U * a * (h2 + r2))
+}
+
 /// The double-double tier: 6u² for d·d, 9u² for h·d, 15u² for h·h − r², each of the magnitudes summed.
 #[inline(always)]
-fn double_coefficients(ray: &PreparedRay, center: DVec3, radius: f64) -> [Bounded; 3] {
+pub(crate) fn double_coefficients(ray: &PreparedRay, center: DVec3, radius: f64) -> [Bounded; 3] {
     let d = ray.direction;
     let h = Double3::difference(ray.origin, center);
     let [dx2, dy2, dz2] = [two_product(d.x, d.x), two_product(d.y, d.y), two_product(d.z, d.z)];

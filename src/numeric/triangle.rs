@@ -105,20 +105,21 @@ impl Inside {
     }
 }
 
+/// The edge functions opposite the first, second and third corner, and what each may be wrong by.
+///
+/// (Spelled out: closures over arrays are not always inlined, and a call here costs a third.)
+#[inline(always)]
+pub(crate) fn edge_functions(ray: &PreparedRay, [a, b, c]: [Vec3; 3]) -> ([f64; 3], f64) {
+    let (a, b, c) = (sheared(ray, a), sheared(ray, b), sheared(ray, c));
+    let weights = [b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x];
+    let largest = a.abs().max(b.abs()).max(c.abs());
+    let m = largest.x.max(largest.y);
+    (weights, EDGE_ERROR * m * (m + largest.z) + f64::MIN_POSITIVE)
+}
+
 #[inline(always)]
 fn edges(ray: &PreparedRay, corners: [Vec3; 3]) -> Edges {
-    // Translate and shear. (Spelled out: closures over arrays are not always inlined, and a call here costs a third.)
-    let [a, b, c] = corners;
-    let (a, b, c) = (sheared(ray, a), sheared(ray, b), sheared(ray, c));
-
-    // Edge functions and what they may be wrong by.
-    let weight_a = b.x * c.y - b.y * c.x;
-    let weight_b = c.x * a.y - c.y * a.x;
-    let weight_c = a.x * b.y - a.y * b.x;
-    let (a_size, b_size, c_size) = (a.abs(), b.abs(), c.abs());
-    let largest = a_size.max(b_size).max(c_size);
-    let m = largest.x.max(largest.y);
-    let error = EDGE_ERROR * m * (m + largest.z) + f64::MIN_POSITIVE;
+    let ([weight_a, weight_b, weight_c], error) = edge_functions(ray, corners);
 
     // Certain of opposite signs: outside, whatever the third is.
     let any_positive = (weight_a > error) | (weight_b > error) | (weight_c > error);
@@ -134,10 +135,12 @@ fn edges(ray: &PreparedRay, corners: [Vec3; 3]) -> Edges {
     // Inside: interpolate the depth from the first corner on, so that its error is a share of the differences.
     let reciprocal = 1.0 / (weight_a + weight_b + weight_c);
     let (u, v) = (weight_b * reciprocal, weight_c * reciprocal);
-    let (to_b, to_c) = (b.z - a.z, c.z - a.z);
-    let z = a.z + (u * to_b + v * to_c);
+    let depth = |corner: Vec3| sheared(ray, corner).z;
+    let (a, b, c) = (depth(corners[0]), depth(corners[1]), depth(corners[2]));
+    let (to_b, to_c) = (b - a, c - a);
+    let z = a + (u * to_b + v * to_c);
     let weight_error = 4.5 * error * reciprocal.abs() + 12.0 * U;
-    let z_error = weight_error * (to_b.abs() + to_c.abs()) + 8.0 * U * largest.z;
+    let z_error = weight_error * (to_b.abs() + to_c.abs()) + 8.0 * U * a.abs().max(b.abs()).max(c.abs());
     Edges::Inside(Inside { u, v, z, z_error })
 }
 

@@ -3,7 +3,7 @@
 mod camera_ray;
 mod sampler;
 mod shade;
-mod surface;
+pub mod surface;
 mod tile;
 mod trace;
 

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::numeric::U;
-use crate::numeric::quadric::Quadric;
 use crate::world::{Hit, PrimKind, Ray, World};
 
 /// A point on a surface.
@@ -19,10 +18,6 @@ pub struct Surface {
 
 /// Roundings of |p| + extent that a ray starts off its surface: more than `p` can be off it (`docs/NUMERICS.md`).
 const LEAVE_ROUNDINGS: f64 = 8.0;
-
-/// Roundings of a quadric's equation at a point, relative to the sum of its terms' sizes: 11 (`docs/NUMERICS.md`, the
-/// table's row for c), and one for the step along the normal.
-const VALUE_ROUNDINGS: f64 = 12.0;
 
 impl Surface {
     /// Where a ray of a direction starts, so that it cannot meet the surface again in the point it leaves: off the
@@ -50,12 +45,15 @@ pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
             let a = world.triangles.corners(row)[0].as_dvec3();
             let ng = world.triangles.ng(row);
             let off = along - a;
-            Surface { p: along - ng * ng.dot(off), ng, extent: off.abs().max_element() }
+            Surface { p: step_along(along, -ng.dot(off), ng), ng, extent: off.abs().max_element() }
         }
         PrimKind::Sphere => {
             let (center, radius) = (world.spheres.centers[row], world.spheres.radii[row]);
-            let ng = (along - center).try_normalize().unwrap_or_else(|| facing(ray));
-            Surface { p: center + radius * ng, ng, extent: radius }
+            // Divided and not multiplied by a reciprocal, and one rounding for the point: each saves half an ulp.
+            let off = along - center;
+            let length = off.length();
+            let ng = if length > 0.0 && length < f64::INFINITY { off / length } else { facing(ray) };
+            Surface { p: step_along(center, radius, ng), ng, extent: radius }
         }
         PrimKind::Quadric => describe_quadric(world, row, ray, along),
     }
@@ -71,12 +69,25 @@ fn describe_quadric(world: &World, row: usize, ray: &Ray, along: DVec3) -> Surfa
     };
     let steepness = 2.0 * gradient.length();
     let value = h.dot(gradient + quadric.linear) + quadric.constant;
-    // What the value is rounded against: its terms before they cancel, which they do in the gradient too.
-    let size = h.abs();
-    let magnitudes = Quadric { diagonal: quadric.diagonal.abs(), off_diagonal: quadric.off_diagonal.abs(), ..*quadric };
-    let terms = size.dot(magnitudes.times(size) + 2.0 * quadric.linear.abs()) + quadric.constant.abs();
-    let extent = size.max_element() + VALUE_ROUNDINGS / LEAVE_ROUNDINGS * (terms / steepness);
-    Surface { p: along - ng * (value / steepness), ng, extent }
+    // What `along` can be off the surface by, as roundings of the way it came, and what the step can be wrong by: a
+    // step that is not much better than the point it starts from is not made (near an apex, or where terms cancel).
+    let way = ray.origin.abs().max_element() + along.abs().max_element();
+    let coarseness = quadric.value_size(h) / steepness;
+    // The step is wrong by at most 11 roundings of the coarseness, `along` by 2·√3 roundings of the way: the extent
+    // covers either, times LEAVE_ROUNDINGS.
+    let (step, uncertain) =
+        if coarseness < STEP_GAIN * way { (value / steepness, 2.0 * coarseness) } else { (0.0, 0.5 * way) };
+    Surface { p: step_along(along, -step, ng), ng, extent: h.abs().max_element() + uncertain }
+}
+
+/// A step along the normal is made when the value it is made of has a rounding this much smaller than the way.
+const STEP_GAIN: f64 = 1.0 / 16.0;
+
+/// from + length·direction, rounded once.
+#[inline]
+fn step_along(from: DVec3, length: f64, direction: DVec3) -> DVec3 {
+    let on = |i: usize| length.mul_add(direction[i], from[i]);
+    DVec3::new(on(0), on(1), on(2))
 }
 
 fn facing(ray: &Ray) -> DVec3 {

@@ -1,0 +1,136 @@
+//! One primitive: as a table's row for the kernels, as plain numbers for the oracle, as text for a replay.
+
+use glam::{DVec3, Vec3};
+
+use super::hexadecimal::{Reader, hex, hex_list};
+use crate::measure::oracle::{Polynomial, QuadricRow, quadric, triangle};
+use crate::numeric::double::{is_tame, is_tame3};
+use crate::numeric::quadric::Quadric;
+use crate::world::{MaterialId, ObjectId, PrimKind, PrimRef, World};
+
+/// A row of one of the tables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Primitive {
+    /// Corners.
+    Triangle([Vec3; 3]),
+    /// A sphere.
+    Sphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+    /// A quadric in its local frame.
+    Quadric(Quadric),
+}
+
+impl Primitive {
+    /// A world of nothing else.
+    pub fn world(&self) -> (World, PrimRef) {
+        let mut world = World::default();
+        let kind = match *self {
+            Primitive::Triangle(corners) => {
+                world.triangles.positions = corners.to_vec();
+                world.triangles.vertices = vec![[0, 1, 2]];
+                PrimKind::Triangle
+            }
+            Primitive::Sphere { center, radius } => {
+                world.spheres.centers.push(center);
+                world.spheres.radii.push(radius);
+                PrimKind::Sphere
+            }
+            Primitive::Quadric(row) => {
+                world.quadrics.surfaces.push(row);
+                world.quadrics.bounds.push(None);
+                world.quadrics.materials.push(MaterialId::default());
+                world.quadrics.objects.push(ObjectId::default());
+                PrimKind::Quadric
+            }
+        };
+        (world, PrimRef::new(kind, 0))
+    }
+
+    /// The row of a world.
+    pub fn of(world: &World, prim: PrimRef) -> Primitive {
+        let row = prim.row();
+        match prim.kind() {
+            PrimKind::Triangle => Primitive::Triangle(world.triangles.corners(row)),
+            PrimKind::Sphere => {
+                Primitive::Sphere { center: world.spheres.centers[row], radius: world.spheres.radii[row] }
+            }
+            PrimKind::Quadric => Primitive::Quadric(world.quadrics.surfaces[row]),
+        }
+    }
+
+    /// Where the line meets it, by the oracle.
+    pub fn truth(&self, origin: DVec3, direction: DVec3) -> Option<Polynomial> {
+        let (o, d) = (origin.to_array(), direction.to_array());
+        match self {
+            Primitive::Triangle(corners) => triangle::roots(o, d, corners.map(|c| c.as_dvec3().to_array())),
+            Primitive::Sphere { center, radius } => QuadricRow::sphere_roots(o, d, center.to_array(), *radius),
+            Primitive::Quadric(row) => oracle_row(row).roots(o, d),
+        }
+    }
+
+    /// As text that [`Primitive::parse`] reads.
+    pub fn text(&self) -> String {
+        match self {
+            Primitive::Triangle(corners) => {
+                format!("triangle({})", hex_list(corners.iter().flat_map(|c| c.as_dvec3().to_array())))
+            }
+            Primitive::Sphere { center, radius } => format!("sphere({},{})", hex_list(center.to_array()), hex(*radius)),
+            Primitive::Quadric(q) => {
+                let rows = [q.center, q.diagonal, q.off_diagonal, q.linear];
+                let numbers = rows.iter().flat_map(|v| v.to_array()).chain([q.constant]);
+                format!("quadric({})", hex_list(numbers))
+            }
+        }
+    }
+
+    /// Reads what [`Primitive::text`] wrote.
+    ///
+    /// # Errors
+    /// With what was expected.
+    pub fn parse(text: &str) -> Result<Primitive, String> {
+        let (kind, numbers) = text.split_once('(').ok_or("expected triangle(…), sphere(…) or quadric(…)")?;
+        let numbers = Reader::new(numbers.trim_end_matches(')'))?;
+        let vector = |at: usize| numbers.vector(at);
+        match kind.trim() {
+            "triangle" => {
+                let corners = numbers.exactly(9).map(|()| [vector(0), vector(3), vector(6)])?;
+                let rounded = corners.map(|corner| corner.as_vec3());
+                let kept = rounded.map(|corner| corner.as_dvec3()) == corners && rounded.iter().all(|c| c.is_finite());
+                kept.then_some(Primitive::Triangle(rounded)).ok_or("expected finite f32 corners".to_owned())
+            }
+            "sphere" => {
+                numbers.exactly(4)?;
+                let radius = numbers.number(3);
+                let sound = vector(0).is_finite() && radius.is_finite() && radius > 0.0;
+                let sphere = Primitive::Sphere { center: vector(0), radius };
+                sound.then_some(sphere).ok_or("expected a finite centre and a positive radius".to_owned())
+            }
+            "quadric" => {
+                numbers.exactly(13)?;
+                let rows = [vector(0), vector(3), vector(6), vector(9)];
+                let constant = numbers.number(12);
+                let tame = rows.into_iter().all(is_tame3) && is_tame(constant);
+                let [center, diagonal, off_diagonal, linear] = rows;
+                let finite = rows.iter().all(|row| row.is_finite()) && constant.is_finite();
+                let row = Quadric { center, diagonal, off_diagonal, linear, constant, tame };
+                finite.then_some(Primitive::Quadric(row)).ok_or("expected finite numbers".to_owned())
+            }
+            other => Err(format!("unknown kind of primitive '{other}': expected triangle, sphere or quadric")),
+        }
+    }
+}
+
+/// The row as the oracle reads it.
+pub fn oracle_row(row: &Quadric) -> quadric::QuadricRow {
+    QuadricRow {
+        center: row.center.to_array(),
+        diagonal: row.diagonal.to_array(),
+        off_diagonal: row.off_diagonal.to_array(),
+        linear: row.linear.to_array(),
+        constant: row.constant,
+    }
+}

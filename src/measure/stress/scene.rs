@@ -1,0 +1,98 @@
+//! A world with both ways to ask it: the BVH and the full scan.
+
+use super::case::Case;
+use super::mesh::Mesh;
+use super::primitive::Primitive;
+use super::probe;
+use super::tally::Tally;
+use crate::accel::{Accel, AccelKind};
+use crate::world::{Hit, Ray, World, prim};
+
+/// A world and its structures.
+#[derive(Debug)]
+pub struct Scene {
+    /// The tables.
+    pub world: World,
+    /// The structure under test.
+    pub bvh: Accel,
+    /// The full scan.
+    pub linear: Accel,
+}
+
+impl Scene {
+    /// Builds both structures.
+    pub fn new(world: World) -> Scene {
+        let bvh = Accel::build(&world, AccelKind::Bvh);
+        let linear = Accel::build(&world, AccelKind::Linear);
+        Scene { world, bvh, linear }
+    }
+
+    /// A scene of meshes, one after another. A mesh whose indices are wrong is left out.
+    pub fn of_meshes<'a>(meshes: impl IntoIterator<Item = &'a Mesh>) -> Scene {
+        let mut world = World::default();
+        for mesh in meshes {
+            let _ = world.add_mesh(mesh.input());
+        }
+        Scene::new(world)
+    }
+
+    /// The closest hit by the BVH.
+    pub fn closest(&self, ray: &Ray) -> Hit {
+        let mut hit = [Hit::MISS];
+        self.bvh.closest_hit(&self.world, std::slice::from_ref(ray), &mut hit);
+        hit[0]
+    }
+
+    /// The closest hit by the full scan.
+    pub fn scan(&self, ray: &Ray) -> Hit {
+        let mut hit = [Hit::MISS];
+        self.linear.closest_hit(&self.world, std::slice::from_ref(ray), &mut hit);
+        hit[0]
+    }
+
+    /// Whether anything is hit, by the BVH and by the full scan.
+    pub fn occluded(&self, ray: &Ray) -> [bool; 2] {
+        let mut answers = [false; 2];
+        let [by_bvh, by_scan] = &mut answers;
+        self.bvh.occluded(&self.world, std::slice::from_ref(ray), std::slice::from_mut(by_bvh));
+        self.linear.occluded(&self.world, std::slice::from_ref(ray), std::slice::from_mut(by_scan));
+        answers
+    }
+
+    /// Whether BVH and full scan agree on a ray in all bits, and on whether anything is hit; the hit of the BVH.
+    pub fn agrees(&self, tally: &mut Tally, ray: &Ray) -> (bool, Hit) {
+        let hit = tally.watch(|| self.closest(ray));
+        let agree = same_bits(&hit, &self.scan(ray)) && self.occluded(ray) == [hit.is_some(); 2];
+        (agree, hit)
+    }
+
+    /// Whether a hit is right about the primitive that it names, by the oracle.
+    pub fn judge(&self, tally: &mut Tally, case: &Case, ray: &Ray, hit: &Hit) -> bool {
+        if !hit.is_some() {
+            return true;
+        }
+        let primitive = Primitive::of(&self.world, hit.prim);
+        let truth = probe::truth(ray, &primitive);
+        probe::judge_hit(tally, case, ray, (&self.world, hit.prim), truth.as_ref(), Some(*hit))
+    }
+
+    /// Whether no primitive is hit clearly before a hit, by the oracle: for small scenes.
+    pub fn judge_all(&self, tally: &mut Tally, ray: &Ray, hit: &Hit) -> bool {
+        let sound = ray.t_min >= 0.0 && ray.t_min < ray.t_max;
+        let (lowest, mut highest) = (ray.t_min.next_up(), hit.t.min(ray.t_max).min(f64::MAX));
+        for _ in 0..6 {
+            highest = highest.next_down();
+        }
+        tally.judged += 1;
+        prim::all(&self.world).all(|prim| {
+            let truth = probe::truth(ray, &Primitive::of(&self.world, prim));
+            !sound || lowest > highest || !truth.is_some_and(|roots| roots.has_root_within(lowest, highest))
+        })
+    }
+}
+
+/// Whether two hits are the same in every bit.
+pub fn same_bits(a: &Hit, b: &Hit) -> bool {
+    let bits = |hit: &Hit| ([hit.t, hit.u, hit.v].map(f64::to_bits), hit.prim);
+    bits(a) == bits(b)
+}
