@@ -21,13 +21,12 @@ fn may_import(room: &str) -> &'static [&'static str] {
 }
 
 /// Crates that exactly one file may name.
-const SINGLE_IMPORTERS: [(&str, &str); 7] = [
+const SINGLE_IMPORTERS: [(&str, &str); 6] = [
     ("obvhs", "src/accel/build.rs"),
     ("toml", "src/scene/toml.rs"),
     ("exr", "src/film/exr.rs"),
     ("image", "src/film/png.rs"),
     ("annotate_snippets", "src/cli/diagnostic.rs"),
-    ("num_bigint", "src/numeric/dyadic.rs"),
     ("indicatif", "src/cli/progress.rs"),
 ];
 
