@@ -84,7 +84,7 @@ impl Dyadic {
         [a[0].sub(&b[0]), a[1].sub(&b[1]), a[2].sub(&b[2])]
     }
 
-    /// The quotient with at least [`GUARDED_BITS`] correct bits; `None` when the divisor is zero.
+    /// The quotient with at least 120 correct bits; `None` when the divisor is zero.
     pub fn guarded_quotient(&self, divisor: &Dyadic) -> Option<Dyadic> {
         if divisor.sign() == 0 {
             return None;
@@ -95,7 +95,7 @@ impl Dyadic {
         Some(Dyadic { mantissa, exponent: self.exponent - divisor.exponent - shift })
     }
 
-    /// The square root of a non-negative number with at least [`GUARDED_BITS`] correct bits; exact for squares of
+    /// The square root of a non-negative number with at least 120 correct bits; exact for squares of
     /// numbers shorter than that.
     pub fn guarded_sqrt(&self) -> Dyadic {
         debug_assert!(self.sign() >= 0);
