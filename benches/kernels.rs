@@ -91,10 +91,11 @@ fn untame(ray: &PreparedRay) -> PreparedRay {
 fn check(rays: &[PreparedRay], quadric_row: &Quadric) {
     for ray in rays.iter().step_by(16) {
         let exact = triangle::intersect_exact(ray, CORNERS);
-        assert_eq!(triangle::intersect(ray, CORNERS).map(|hit| hit.t), exact.map(|hit| hit.t));
-        let of_sphere = |ray| sphere::intersect(ray, DVec3::ZERO, 1.0);
+        assert_eq!(triangle::intersect(ray, CORNERS).map(|hit| hit.at.t), exact.map(|hit| hit.at.t));
+        let of_sphere = |ray| sphere::intersect(ray, DVec3::ZERO, 1.0).map(|hit| hit.t);
+        let of_quadric = |ray| quadric::intersect(ray, quadric_row).map(|hit| hit.t);
         assert_eq!(of_sphere(ray), of_sphere(&untame(ray)));
-        assert_eq!(quadric::intersect(ray, quadric_row), quadric::intersect(&untame(ray), quadric_row));
+        assert_eq!(of_quadric(ray), of_quadric(&untame(ray)));
     }
     tally::take_exact_tests();
     let differing = |exact: &dyn Fn(&PreparedRay) -> bool, naive: &dyn Fn(&PreparedRay) -> bool| {

@@ -21,13 +21,12 @@ fn may_import(room: &str) -> &'static [&'static str] {
 }
 
 /// Crates that exactly one file may name.
-const SINGLE_IMPORTERS: [(&str, &str); 6] = [
+const SINGLE_IMPORTERS: [(&str, &str); 5] = [
     ("obvhs", "src/accel/build.rs"),
     ("toml", "src/scene/toml.rs"),
     ("exr", "src/film/exr.rs"),
     ("image", "src/film/png.rs"),
     ("annotate_snippets", "src/cli/diagnostic.rs"),
-    ("indicatif", "src/cli/progress.rs"),
 ];
 
 const MAX_FILE_LINES: usize = 500;

@@ -5,7 +5,7 @@ use super::wide::{Tag, WideTree};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::f32_at_least;
 use crate::numeric::triangle;
-use crate::world::{Hit, PrimKind, PrimRef, World};
+use crate::world::{Hit, PrimKind, World};
 
 /// Boxes that are still to be entered; kept between rays, so that no ray allocates.
 #[derive(Debug, Default)]
@@ -106,8 +106,7 @@ fn closest_in_leaf(tree: &WideTree, world: &World, ray: &mut PreparedRay, leaf: 
             let rows = &tree.triangle_rows[first..first + n_prims];
             for (corners, &row) in tree.corners[first..first + n_prims].iter().zip(rows) {
                 let hit = triangle::intersect(ray, *corners);
-                let prim = PrimRef::new(PrimKind::Triangle, row as usize);
-                keep(hit.map(|hit| Hit { t: hit.t, u: hit.u, v: hit.v, prim }), ray);
+                keep(hit.map(|hit| Hit::of_triangle(&hit, row as usize)), ray);
             }
         }
         PrimKind::Sphere => {

@@ -77,12 +77,12 @@ impl Double {
         fast_two_sum(p.hi, self.lo.mul_add(factor, p.lo))
     }
 
-    /// The quotient rounded to f64; error at most u of the result and a few u².
+    /// The quotient; error a few u² of the result (long division with two digits).
     #[inline(always)]
-    pub fn quotient(self, divisor: Double) -> f64 {
+    pub fn quotient(self, divisor: Double) -> Double {
         let first = self.hi / divisor.hi;
         let rest = self - divisor.scale(first);
-        first + rest.hi / divisor.hi
+        fast_two_sum(first, rest.hi / divisor.hi)
     }
 
     /// The square root of a positive number; error below 4u² of the result (one Newton step from the f64 root).

@@ -7,6 +7,8 @@ use std::cmp::Ordering;
 
 use num_bigint::{BigInt, BigUint, Sign};
 
+use super::ratio::Parameter;
+
 /// `mantissa * 2^exponent`.
 #[derive(Clone, Debug)]
 pub struct Dyadic {
@@ -103,6 +105,13 @@ impl Dyadic {
         let shift = wanted + ((self.exponent - wanted) & 1);
         let root: BigUint = (self.mantissa.magnitude() << shift as u64).sqrt();
         Dyadic { mantissa: root.into(), exponent: (self.exponent - shift) / 2 }
+    }
+
+    /// The number as a ray parameter: the nearest f64, and what that leaves.
+    pub fn to_parameter(&self) -> Parameter {
+        let t = self.to_f64();
+        let t_low = if t.is_finite() { self.sub(&Dyadic::new(t)).to_f64() as f32 } else { 0.0 };
+        Parameter { t, t_low }
     }
 
     /// The nearest f64, ties to even; ±∞ beyond its range.

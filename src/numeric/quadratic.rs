@@ -5,7 +5,7 @@
 
 use super::double::U2;
 use super::dyadic::Dyadic;
-use super::ratio::{Bounded, Ratio, SECOND_ORDER, ratio_inside};
+use super::ratio::{Bounded, Parameter, Ratio, SECOND_ORDER, ratio_inside};
 
 /// Coefficients in exact arithmetic: a, b, c.
 pub type ExactCoefficients = [Dyadic; 3];
@@ -21,12 +21,12 @@ pub fn first_root(
     t_min: f64,
     t_max: f64,
     exact: impl FnOnce() -> ExactCoefficients,
-) -> Option<f64> {
+) -> Option<Parameter> {
     let roots = certified_roots(a, b, c, t_min, t_max);
     let roots = if roots.contains(&Ratio::Uncertain) { mend(roots, &exact(), t_min, t_max) } else { roots };
     match roots {
-        [Ratio::Inside(t), Ratio::Inside(s)] => Some(t.min(s)),
-        [Ratio::Inside(t), _] | [_, Ratio::Inside(t)] => Some(t),
+        [Ratio::Inside(first), Ratio::Inside(second)] => Some(if second.t < first.t { second } else { first }),
+        [Ratio::Inside(only), _] | [_, Ratio::Inside(only)] => Some(only),
         _ => None,
     }
 }
@@ -69,14 +69,14 @@ fn certified_roots(a: Bounded, b: Bounded, c: Bounded, t_min: f64, t_max: f64) -
 fn mend(roots: [Ratio; 2], [a, b, c]: &ExactCoefficients, t_min: f64, t_max: f64) -> [Ratio; 2] {
     let exact = exact_roots(a, b, c);
     [0, 1].map(|i| match (roots[i], exact[i]) {
-        (Ratio::Uncertain, Some(t)) if t > t_min && t < t_max => Ratio::Inside(t),
+        (Ratio::Uncertain, Some(root)) if root.t > t_min && root.t < t_max => Ratio::Inside(root),
         (Ratio::Uncertain, _) => Ratio::Outside,
         (known, _) => known,
     })
 }
 
 /// The roots q/a and c/q in exact arithmetic, rounded once.
-fn exact_roots(a: &Dyadic, b: &Dyadic, c: &Dyadic) -> [Option<f64>; 2] {
+fn exact_roots(a: &Dyadic, b: &Dyadic, c: &Dyadic) -> [Option<Parameter>; 2] {
     let discriminant = b.mul(b).sub(&a.mul(c));
     if discriminant.sign() < 0 {
         return [None; 2];
@@ -85,9 +85,9 @@ fn exact_roots(a: &Dyadic, b: &Dyadic, c: &Dyadic) -> [Option<f64>; 2] {
     let q = if b.sign() < 0 { root.sub(b) } else { root.add(b).neg() };
     // q is zero only when b and the discriminant are: then ac = 0, and 0 is a double root unless a is zero too.
     if q.sign() == 0 {
-        return [(a.sign() != 0).then_some(0.0), None];
+        return [(a.sign() != 0).then_some(Parameter { t: 0.0, t_low: 0.0 }), None];
     }
-    [q.guarded_quotient(a).map(|t| t.to_f64()), c.guarded_quotient(&q).map(|t| t.to_f64())]
+    [q.guarded_quotient(a).map(|t| t.to_parameter()), c.guarded_quotient(&q).map(|t| t.to_parameter())]
 }
 
 #[cfg(test)]
@@ -101,9 +101,9 @@ mod tests {
 
     fn both_tiers(a: f64, b: f64, c: f64, t_min: f64, t_max: f64) -> Option<f64> {
         let exact = || [a, b, c].map(Dyadic::new);
-        let root = first_root([a, b, c].map(certain), t_min, t_max, exact);
+        let root = first_root([a, b, c].map(certain), t_min, t_max, exact).map(|root| root.t);
         let mended = mend([Ratio::Uncertain; 2], &exact(), t_min, t_max);
-        let inside = |ratio| if let Ratio::Inside(t) = ratio { t } else { f64::INFINITY };
+        let inside = |ratio| if let Ratio::Inside(root) = ratio { root.t } else { f64::INFINITY };
         let exact = mended.map(inside).into_iter().reduce(f64::min).filter(|t| t.is_finite());
         assert_eq!(root, exact, "{a} {b} {c} in ({t_min}, {t_max})");
         root

@@ -7,7 +7,7 @@ use super::double::{Double, Double3, is_tame, is_tame3, two_product};
 use super::dyadic::Dyadic;
 use super::prepared::PreparedRay;
 use super::quadratic::{ExactCoefficients, first_root};
-use super::ratio::Bounded;
+use super::ratio::{Bounded, Parameter};
 use super::tally::count_exact_test;
 
 /// The points x with (x−c)ᵀQ(x−c) + 2 g·(x−c) + s = 0, for a centre c of the surface's own.
@@ -117,7 +117,7 @@ const FRAME_DAMPING: f64 = 1.0 / (1u64 << 40) as f64;
 /// The first parameter in the ray's open interval at which the ray meets the surface. A tangent meets it; a ray that
 /// lies in the surface does not.
 #[inline(always)]
-pub fn intersect(ray: &PreparedRay, quadric: &Quadric) -> Option<f64> {
+pub fn intersect(ray: &PreparedRay, quadric: &Quadric) -> Option<Parameter> {
     let mut coefficients = [Bounded::UNKNOWN; 3];
     if ray.tame && quadric.tame {
         let sizes = Sizes::new(ray, quadric);
@@ -234,6 +234,10 @@ mod tests {
         PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap()
     }
 
+    fn t_of(ray: &PreparedRay, quadric: &Quadric) -> Option<f64> {
+        intersect(ray, quadric).map(|hit| hit.t)
+    }
+
     /// A diagonal quadric with a constant, moved.
     fn diagonal(q: [f64; 3], constant: f64, to: DVec3) -> Quadric {
         let d = DVec3::from_array(q);
@@ -260,27 +264,27 @@ mod tests {
     fn a_plane_a_cylinder_along_its_axis_and_a_paraboloid_need_no_threshold() {
         // z = 0 as a quadric: 2·(1/2)·z.
         let plane = Quadric::from_matrix(DMat4::from_cols(DVec4::ZERO, DVec4::ZERO, DVec4::W * 0.5, DVec4::Z * 0.5));
-        assert_eq!(intersect(&ray(dvec3(3.0, 4.0, 5.0), -DVec3::Z), &plane), Some(5.0));
-        assert_eq!(intersect(&ray(dvec3(3.0, 4.0, 5.0), DVec3::Z), &plane), None);
-        assert_eq!(intersect(&ray(dvec3(3.0, 4.0, 0.0), DVec3::X), &plane), None);
+        assert_eq!(t_of(&ray(dvec3(3.0, 4.0, 5.0), -DVec3::Z), &plane), Some(5.0));
+        assert_eq!(t_of(&ray(dvec3(3.0, 4.0, 5.0), DVec3::Z), &plane), None);
+        assert_eq!(t_of(&ray(dvec3(3.0, 4.0, 0.0), DVec3::X), &plane), None);
 
         let cylinder = diagonal([1.0, 1.0, 0.0], -1.0, DVec3::ZERO);
-        assert_eq!(intersect(&ray(dvec3(0.5, 0.0, 9.0), -DVec3::Z), &cylinder), None);
-        assert_eq!(intersect(&ray(dvec3(-3.0, 0.0, 9.0), DVec3::X), &cylinder), Some(2.0));
-        assert_eq!(intersect(&ray(dvec3(0.0, 0.0, 9.0), DVec3::X), &cylinder), Some(1.0));
+        assert_eq!(t_of(&ray(dvec3(0.5, 0.0, 9.0), -DVec3::Z), &cylinder), None);
+        assert_eq!(t_of(&ray(dvec3(-3.0, 0.0, 9.0), DVec3::X), &cylinder), Some(2.0));
+        assert_eq!(t_of(&ray(dvec3(0.0, 0.0, 9.0), DVec3::X), &cylinder), Some(1.0));
 
         // z = x² + y².
         let bowl = Quadric::from_matrix(DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::W * -0.5, DVec4::Z * -0.5));
-        assert_eq!(intersect(&ray(dvec3(1.0, 2.0, 9.0), -DVec3::Z), &bowl), Some(4.0));
-        assert_eq!(intersect(&ray(dvec3(1.0, 2.0, 1.0), DVec3::Z), &bowl), Some(4.0));
+        assert_eq!(t_of(&ray(dvec3(1.0, 2.0, 9.0), -DVec3::Z), &bowl), Some(4.0));
+        assert_eq!(t_of(&ray(dvec3(1.0, 2.0, 1.0), DVec3::Z), &bowl), Some(4.0));
     }
 
     #[test]
     fn a_cone_is_hit_in_its_apex() {
         let cone = diagonal([1.0, 1.0, -1.0], 0.0, DVec3::ZERO);
-        assert_eq!(intersect(&ray(dvec3(0.0, 0.0, 3.0), -DVec3::Z), &cone), Some(3.0));
-        assert_eq!(intersect(&ray(dvec3(-2.0, 0.0, 0.0), DVec3::X), &cone), Some(2.0));
+        assert_eq!(t_of(&ray(dvec3(0.0, 0.0, 3.0), -DVec3::Z), &cone), Some(3.0));
+        assert_eq!(t_of(&ray(dvec3(-2.0, 0.0, 0.0), DVec3::X), &cone), Some(2.0));
         // Along a line of the cone: inside the surface everywhere, a miss by convention.
-        assert_eq!(intersect(&ray(dvec3(-2.0, 0.0, 2.0), dvec3(1.0, 0.0, -1.0)), &cone), None);
+        assert_eq!(t_of(&ray(dvec3(-2.0, 0.0, 2.0), dvec3(1.0, 0.0, -1.0)), &cone), None);
     }
 }

@@ -22,13 +22,22 @@ impl Bounded {
     }
 }
 
+/// A ray parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// The parameter rounded to f64, within 1 ulp.
+    pub t: f64,
+    /// What that rounding lost, at most a few bits of it right: with it a point on the ray is right to the last bits.
+    pub t_low: f32,
+}
+
 /// What is known of a quotient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ratio {
     /// It certainly lies outside of the interval, or there is none.
     Outside,
-    /// It lies inside, and this is it within 1 ulp.
-    Inside(f64),
+    /// It lies inside, and this is it.
+    Inside(Parameter),
     /// The next tier has to say.
     Uncertain,
 }
@@ -51,10 +60,12 @@ pub fn ratio_inside(n: Bounded, d: Bounded, t_min: f64, t_max: f64) -> Ratio {
     if (n_hi < 0.0) != (d_hi < 0.0) {
         return Ratio::Outside;
     }
-    let t = n.value.quotient(d.value);
+    let quotient = n.value.quotient(d.value);
+    let t = quotient.hi;
     let relative_error = n.error / n_hi.abs() + d.error / d_hi.abs() + 8.0 * U2;
     if relative_error <= ACCEPTED_RELATIVE_ERROR {
-        return if t > t_min && t < t_max { Ratio::Inside(t) } else { Ratio::Outside };
+        let inside = t > t_min && t < t_max;
+        return if inside { Ratio::Inside(Parameter { t, t_low: quotient.lo as f32 }) } else { Ratio::Outside };
     }
     // Too coarse to report, but perhaps certain to lie outside.
     let slack = 2.0 * relative_error * t;

@@ -7,13 +7,13 @@ use super::double::{Double3, is_tame, is_tame3, two_product};
 use super::dyadic::Dyadic;
 use super::prepared::PreparedRay;
 use super::quadratic::{ExactCoefficients, first_root};
-use super::ratio::Bounded;
+use super::ratio::{Bounded, Parameter};
 use super::tally::count_exact_test;
 
 /// The first parameter in the ray's open interval at which the ray meets the sphere's surface. A tangent meets it.
 /// `center` is finite, `radius` finite and positive.
 #[inline(always)]
-pub fn intersect(ray: &PreparedRay, center: DVec3, radius: f64) -> Option<f64> {
+pub fn intersect(ray: &PreparedRay, center: DVec3, radius: f64) -> Option<Parameter> {
     let tame = ray.tame && is_tame3(center) && is_tame(radius);
     if tame && certainly_misses(ray, center, radius) {
         return None;
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn a_sphere_is_hit_from_outside_and_from_inside_and_not_behind() {
-        let at = |x: f64| intersect(&ray(dvec3(x, 0.0, 0.0), DVec3::X), DVec3::ZERO, 1.0);
+        let at = |x: f64| intersect(&ray(dvec3(x, 0.0, 0.0), DVec3::X), DVec3::ZERO, 1.0).map(|hit| hit.t);
         assert_eq!(at(-3.0), Some(2.0));
         assert_eq!(at(0.5), Some(0.5));
         assert_eq!(at(1.0), None);
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn tangents_hit_and_the_next_ray_misses() {
-        let past = |y: f64| intersect(&ray(dvec3(-2.0, y, 0.0), DVec3::X), DVec3::ZERO, 1.0);
+        let past = |y: f64| intersect(&ray(dvec3(-2.0, y, 0.0), DVec3::X), DVec3::ZERO, 1.0).map(|hit| hit.t);
         assert_eq!(past(1.0), Some(2.0));
         assert_eq!(past(1.0f64.next_up()), None);
         assert!(past(1.0f64.next_down()).is_some());
@@ -103,7 +103,7 @@ mod tests {
             let scale = 2f64.powi(exponent);
             let hit = intersect(&ray(dvec3(-3.0, 0.1, 0.2), dvec3(0.9, 0.05, 0.0) * scale), DVec3::ZERO, 1.0);
             let unit = intersect(&ray(dvec3(-3.0, 0.1, 0.2), dvec3(0.9, 0.05, 0.0)), DVec3::ZERO, 1.0);
-            assert_eq!(hit, unit.map(|t| t / scale));
+            assert_eq!(hit.map(|hit| hit.t), unit.map(|hit| hit.t / scale));
         }
     }
 }

@@ -11,14 +11,14 @@ use super::U;
 use super::double::{Double3, two_product, two_sum};
 use super::dyadic::Dyadic;
 use super::prepared::{PreparedRay, Shear};
-use super::ratio::{Bounded, Ratio, ratio_inside};
+use super::ratio::{Bounded, Parameter, Ratio, ratio_inside};
 use super::tally::count_exact_test;
 
 /// A triangle's hit: parameter and barycentric weights of the second and third corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
-    /// Ray parameter, within 1 ulp.
-    pub t: f64,
+    /// Ray parameter.
+    pub at: Parameter,
     /// Weight of the second corner, in [0, 1].
     pub u: f64,
     /// Weight of the third corner, in [0, 1].
@@ -43,7 +43,7 @@ pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
                 return None;
             }
             match depth(ray, corners) {
-                Ratio::Inside(t) => Some(TriangleHit { t, u: inside.u, v: inside.v }),
+                Ratio::Inside(at) => Some(TriangleHit { at, u: inside.u, v: inside.v }),
                 Ratio::Outside => None,
                 Ratio::Uncertain => intersect_exact(ray, corners),
             }
@@ -197,9 +197,9 @@ pub fn intersect_exact(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<Triangle
         return None;
     }
     let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
-    let t = Dyadic::dot(&n, &a).guarded_quotient(&Dyadic::dot(&n, &direction))?.to_f64();
+    let at = Dyadic::dot(&n, &a).guarded_quotient(&Dyadic::dot(&n, &direction))?.to_parameter();
     let share = |i: usize| weights[i].guarded_quotient(&sum).map_or(0.0, |w| w.to_f64());
-    (t > ray.t_min && t < ray.t_max).then(|| TriangleHit { t, u: share(1), v: share(2) })
+    (at.t > ray.t_min && at.t < ray.t_max).then(|| TriangleHit { at, u: share(1), v: share(2) })
 }
 
 /// Whether the corners lie on one line or point, so that no ray can hit the triangle. Corners must be finite.
@@ -249,7 +249,8 @@ mod tests {
     fn a_hit_has_its_depth_and_weights_from_both_sides() {
         for side in [1.0, -1.0] {
             let down = ray(dvec3(0.25, 0.5, 2.0 * side), dvec3(0.0, 0.0, -side));
-            assert_eq!(intersect(&down, CORNERS), Some(TriangleHit { t: 2.0, u: 0.25, v: 0.5 }));
+            let at = Parameter { t: 2.0, t_low: 0.0 };
+            assert_eq!(intersect(&down, CORNERS), Some(TriangleHit { at, u: 0.25, v: 0.5 }));
         }
     }
 
@@ -257,7 +258,8 @@ mod tests {
     fn edges_and_corners_are_inside_and_the_next_float_is_not() {
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.25, 0.0), (0.0, 0.75)] {
             let hit = intersect(&ray(dvec3(x, y, 1.0), dvec3(0.0, 0.0, -1.0)), CORNERS);
-            assert_eq!(hit, Some(TriangleHit { t: 1.0, u: x, v: y }), "({x}, {y})");
+            let at = Parameter { t: 1.0, t_low: 0.0 };
+            assert_eq!(hit, Some(TriangleHit { at, u: x, v: y }), "({x}, {y})");
         }
         let beside = ray(dvec3((-0.0f64).next_down(), 0.5, 1.0), dvec3(0.0, 0.0, -1.0));
         assert_eq!(intersect(&beside, CORNERS), None);

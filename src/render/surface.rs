@@ -34,11 +34,7 @@ impl Surface {
 /// distance; one step along the normal leaves only the rounding of the point itself.
 #[inline]
 pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
-    let along = DVec3::new(
-        hit.t.mul_add(ray.direction.x, ray.origin.x),
-        hit.t.mul_add(ray.direction.y, ray.origin.y),
-        hit.t.mul_add(ray.direction.z, ray.origin.z),
-    );
+    let along = step_along(step_along(ray.origin, hit.t, ray.direction), f64::from(hit.t_low), ray.direction);
     let row = hit.prim.row();
     match hit.prim.kind() {
         PrimKind::Triangle => {

@@ -9,6 +9,7 @@ use glam::{DMat3, DMat4, DVec3};
 use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind, PrimRef};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::quadric::{Quadric, intersect};
+use crate::numeric::ratio::Parameter;
 
 /// Quadrics as columns.
 #[derive(Clone, Debug, Default)]
@@ -46,8 +47,8 @@ impl Quadrics {
     /// The first hit of a row within the ray's interval.
     #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
-        let t = intersect(ray, &self.surfaces[row])?;
-        Some(Hit { t, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Quadric, row) })
+        let Parameter { t, t_low } = intersect(ray, &self.surfaces[row])?;
+        Some(Hit { t, t_low, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Quadric, row) })
     }
 
     /// Bytes held.

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind, PrimRef};
 use crate::numeric::prepared::PreparedRay;
+use crate::numeric::ratio::Parameter;
 use crate::numeric::sphere::intersect;
 
 /// Spheres as columns.
@@ -57,8 +58,8 @@ impl Spheres {
     /// The first hit of a row within the ray's interval.
     #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
-        let t = intersect(ray, self.centers[row], self.radii[row])?;
-        Some(Hit { t, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Sphere, row) })
+        let Parameter { t, t_low } = intersect(ray, self.centers[row], self.radii[row])?;
+        Some(Hit { t, t_low, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Sphere, row) })
     }
 
     /// Bytes held.

@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Bounds, Hit, MaterialId, MeshId, ObjectId, PrimKind, PrimRef, World};
+use super::{Bounds, Hit, MaterialId, MeshId, ObjectId, PrimRef, World};
 use crate::error::{Error, Place, Problem};
 use crate::numeric::prepared::PreparedRay;
-use crate::numeric::triangle::{TriangleHit, intersect, is_degenerate, unit_normal};
+use crate::numeric::triangle::{intersect, is_degenerate, unit_normal};
 
 /// Triangles of all meshes, mesh after mesh.
 #[derive(Clone, Debug, Default)]
@@ -88,8 +88,8 @@ impl Triangles {
     /// The hit of a row within the ray's interval.
     #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
-        let TriangleHit { t, u, v } = intersect(ray, self.corners(row))?;
-        Some(Hit { t, u, v, prim: PrimRef::new(PrimKind::Triangle, row) })
+        let hit = intersect(ray, self.corners(row))?;
+        Some(Hit::of_triangle(&hit, row))
     }
 
     /// Bytes held.
