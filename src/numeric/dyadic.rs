@@ -110,8 +110,8 @@ impl Dyadic {
     /// The number as a ray parameter: the nearest f64, and what that leaves.
     pub fn to_parameter(&self) -> Parameter {
         let t = self.to_f64();
-        let t_low = if t.is_finite() { self.sub(&Dyadic::new(t)).to_f64() as f32 } else { 0.0 };
-        Parameter { t, t_low }
+        let rest = if t.is_finite() { self.sub(&Dyadic::new(t)).to_f64() } else { 0.0 };
+        Parameter::new(t, rest)
     }
 
     /// The nearest f64, ties to even; ±∞ beyond its range.

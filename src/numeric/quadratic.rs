@@ -85,7 +85,7 @@ fn exact_roots(a: &Dyadic, b: &Dyadic, c: &Dyadic) -> [Option<Parameter>; 2] {
     let q = if b.sign() < 0 { root.sub(b) } else { root.add(b).neg() };
     // q is zero only when b and the discriminant are: then ac = 0, and 0 is a double root unless a is zero too.
     if q.sign() == 0 {
-        return [(a.sign() != 0).then_some(Parameter { t: 0.0, t_low: 0.0 }), None];
+        return [(a.sign() != 0).then_some(Parameter::new(0.0, 0.0)), None];
     }
     [q.guarded_quotient(a).map(|t| t.to_parameter()), c.guarded_quotient(&q).map(|t| t.to_parameter())]
 }

@@ -27,8 +27,16 @@ impl Bounded {
 pub struct Parameter {
     /// The parameter rounded to f64, within 1 ulp.
     pub t: f64,
-    /// What that rounding lost, at most a few bits of it right: with it a point on the ray is right to the last bits.
-    pub t_low: f32,
+    /// What that rounding lost, as a share of t: the parameter is t·(1 + t_rest) within a few u².
+    pub t_rest: f32,
+}
+
+impl Parameter {
+    /// A parameter from its rounded value and what is left. As a share, the rest fits into f32 at every scale.
+    #[inline(always)]
+    pub fn new(t: f64, rest: f64) -> Parameter {
+        Parameter { t, t_rest: if t == 0.0 { 0.0 } else { (rest / t) as f32 } }
+    }
 }
 
 /// What is known of a quotient.
@@ -65,7 +73,7 @@ pub fn ratio_inside(n: Bounded, d: Bounded, t_min: f64, t_max: f64) -> Ratio {
     let relative_error = n.error / n_hi.abs() + d.error / d_hi.abs() + 8.0 * U2;
     if relative_error <= ACCEPTED_RELATIVE_ERROR {
         let inside = t > t_min && t < t_max;
-        return if inside { Ratio::Inside(Parameter { t, t_low: quotient.lo as f32 }) } else { Ratio::Outside };
+        return if inside { Ratio::Inside(Parameter::new(t, quotient.lo)) } else { Ratio::Outside };
     }
     // Too coarse to report, but perhaps certain to lie outside.
     let slack = 2.0 * relative_error * t;

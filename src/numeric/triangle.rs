@@ -249,7 +249,7 @@ mod tests {
     fn a_hit_has_its_depth_and_weights_from_both_sides() {
         for side in [1.0, -1.0] {
             let down = ray(dvec3(0.25, 0.5, 2.0 * side), dvec3(0.0, 0.0, -side));
-            let at = Parameter { t: 2.0, t_low: 0.0 };
+            let at = Parameter::new(2.0, 0.0);
             assert_eq!(intersect(&down, CORNERS), Some(TriangleHit { at, u: 0.25, v: 0.5 }));
         }
     }
@@ -258,7 +258,7 @@ mod tests {
     fn edges_and_corners_are_inside_and_the_next_float_is_not() {
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.25, 0.0), (0.0, 0.75)] {
             let hit = intersect(&ray(dvec3(x, y, 1.0), dvec3(0.0, 0.0, -1.0)), CORNERS);
-            let at = Parameter { t: 1.0, t_low: 0.0 };
+            let at = Parameter::new(1.0, 0.0);
             assert_eq!(hit, Some(TriangleHit { at, u: x, v: y }), "({x}, {y})");
         }
         let beside = ray(dvec3((-0.0f64).next_down(), 0.5, 1.0), dvec3(0.0, 0.0, -1.0));

@@ -34,7 +34,7 @@ impl Surface {
 /// distance; one step along the normal leaves only the rounding of the point itself.
 #[inline]
 pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
-    let along = step_along(step_along(ray.origin, hit.t, ray.direction), f64::from(hit.t_low), ray.direction);
+    let along = step_along(step_along(ray.origin, hit.t, ray.direction), hit.t * f64::from(hit.t_rest), ray.direction);
     let row = hit.prim.row();
     match hit.prim.kind() {
         PrimKind::Triangle => {

@@ -62,21 +62,22 @@ pub struct Hit {
     pub v: f64,
     /// What was hit; [`PrimRef::NONE`] for a miss.
     pub prim: PrimRef,
-    /// What rounding `t` to f64 lost; it makes the point right to the last bits and never decides anything.
-    pub t_low: f32,
+    /// What rounding `t` to f64 lost, as a share of it: it makes the point right to the last bits and never decides
+    /// anything.
+    pub t_rest: f32,
 }
 
 const _: () = assert!(size_of::<Ray>() == 64 && size_of::<Hit>() == 32);
 
 impl Hit {
     /// No hit.
-    pub const MISS: Hit = Hit { t: f64::INFINITY, u: 0.0, v: 0.0, prim: PrimRef::NONE, t_low: 0.0 };
+    pub const MISS: Hit = Hit { t: f64::INFINITY, u: 0.0, v: 0.0, prim: PrimRef::NONE, t_rest: 0.0 };
 
     /// The hit of a row of triangles.
     #[inline(always)]
     pub fn of_triangle(hit: &TriangleHit, row: usize) -> Hit {
-        let TriangleHit { at: Parameter { t, t_low }, u, v } = *hit;
-        Hit { t, u, v, prim: PrimRef::new(PrimKind::Triangle, row), t_low }
+        let TriangleHit { at: Parameter { t, t_rest }, u, v } = *hit;
+        Hit { t, u, v, prim: PrimRef::new(PrimKind::Triangle, row), t_rest }
     }
 
     /// Whether something was hit.

@@ -58,8 +58,8 @@ impl Spheres {
     /// The first hit of a row within the ray's interval.
     #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
-        let Parameter { t, t_low } = intersect(ray, self.centers[row], self.radii[row])?;
-        Some(Hit { t, t_low, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Sphere, row) })
+        let Parameter { t, t_rest } = intersect(ray, self.centers[row], self.radii[row])?;
+        Some(Hit { t, t_rest, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Sphere, row) })
     }
 
     /// Bytes held.
