@@ -13,6 +13,7 @@ use flatray::measure::generate::hash_unit;
 use flatray::numeric::prepared::PreparedRay;
 use flatray::numeric::quadric::Quadric;
 use flatray::numeric::{quadric, sphere, tally, triangle};
+use flatray::simd::{Batch, Isa};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 const N_RAYS: usize = 4096;
@@ -114,6 +115,33 @@ fn check(rays: &[PreparedRay], quadric_row: &Quadric) {
     eprintln!("decided otherwise by f32: triangle {of_triangle}, sphere {of_sphere}, quadric {of_quadric} of {N_RAYS}");
 }
 
+/// The same test over a batch, compiled for the best instruction set that the processor has. A type for each test and no
+/// closure, since a closure need not be inlined, and what is not inlined is compiled for the baseline.
+macro_rules! batch {
+    ($name:ident, |$ray:ident, $row:ident| $test:expr) => {
+        struct $name<'a> {
+            rays: &'a [PreparedRay],
+            row: &'a Quadric,
+            hits: &'a mut usize,
+        }
+
+        impl Batch for $name<'_> {
+            #[inline(always)]
+            fn run(self) {
+                let $row = black_box(self.row);
+                for $ray in self.rays {
+                    *self.hits += usize::from($test);
+                }
+            }
+        }
+    };
+}
+
+batch!(Triangles, |ray, _row| triangle::intersect(ray, black_box(CORNERS)).is_some());
+batch!(Occluders, |ray, _row| triangle::occludes(ray, black_box(CORNERS)));
+batch!(Spheres, |ray, _row| sphere::intersect(ray, black_box(DVec3::ZERO), 1.0).is_some());
+batch!(Quadrics, |ray, row| quadric::intersect(ray, row).is_some());
+
 fn kernels(criterion: &mut Criterion) {
     let rays = rays();
     let row = ellipsoid();
@@ -129,6 +157,21 @@ fn kernels(criterion: &mut Criterion) {
     bench("sphere/f32", &|ray| naive_sphere(ray).is_some());
     bench("quadric/exact", &|ray| quadric::intersect(ray, black_box(&row)).is_some());
     bench("quadric/f32", &|ray| naive_quadric(ray, black_box(&row)).is_some());
+    macro_rules! bench_batch {
+        ($name:expr, $batch:ident) => {
+            criterion.bench_function($name, |bencher| {
+                bencher.iter(|| {
+                    let mut hits = 0;
+                    Isa::detect().dispatch($batch { rays: &rays, row: &row, hits: &mut hits });
+                    hits
+                });
+            });
+        };
+    }
+    bench_batch!("triangle/exact, batch", Triangles);
+    bench_batch!("triangle/occludes, batch", Occluders);
+    bench_batch!("sphere/exact, batch", Spheres);
+    bench_batch!("quadric/exact, batch", Quadrics);
 }
 
 criterion_group! {
