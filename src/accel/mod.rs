@@ -158,7 +158,7 @@ impl Batch for ClosestHits<'_> {
     #[inline(always)]
     fn run(self) {
         let ClosestHits { accel, world, rays, hits } = self;
-        let mut stack = Stack::default();
+        let mut stack = Stack::new(&accel.tree);
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = match (ray.prepare(), accel.kind) {
                 (None, _) => Hit::MISS,
@@ -184,7 +184,7 @@ impl Batch for Occlusions<'_> {
     #[inline(always)]
     fn run(self) {
         let Occlusions { accel, world, rays, occluded } = self;
-        let mut stack = Stack::default();
+        let mut stack = Stack::new(&accel.tree);
         for (ray, answer) in rays.iter().zip(occluded) {
             *answer = match (ray.prepare(), accel.kind) {
                 (None, _) => false,

@@ -1,17 +1,25 @@
 //! One ray through the wide tree, nearest boxes first.
 
 use super::slab::{SlabRay, WIDTH};
-use super::wide::{Tag, WideTree};
+use super::wide::{MAX_LEAF, Tag, WideTree};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::f32_at_least;
 use crate::numeric::triangle;
 use crate::world::{Hit, PrimKind, World};
 
 /// Boxes that are still to be entered; kept between rays, so that no ray allocates.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Stack {
     entries: Vec<Entry>,
+    /// Of shared leaves, which ray tested them last, with the leaf: a direct-mapped cache, for a leaf that is tested
+    /// twice costs time and nothing else (mailboxing, Amanatides and Woo 1987). Empty when no leaf is shared.
+    tested: Vec<(u64, u32)>,
+    /// Counts rays, from 1.
+    ray: u64,
 }
+
+/// Shared leaves that a ray remembers.
+const N_REMEMBERED: usize = 1 << 14;
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -34,6 +42,7 @@ pub fn closest_hit(tree: &WideTree, world: &World, ray: &mut PreparedRay, stack:
         }
         match entry.tag.n_prims() {
             0 => stack.push_children(tree, &slab_ray, entry.child, t_max),
+            _ if stack.has_tested(&entry) => {}
             n_prims => {
                 closest_in_leaf(tree, world, ray, entry, n_prims, &mut best);
                 t_max = f32_at_least(ray.t_max);
@@ -52,6 +61,7 @@ pub fn occluded(tree: &WideTree, world: &World, ray: &PreparedRay, stack: &mut S
     while let Some(entry) = stack.entries.pop() {
         match entry.tag.n_prims() {
             0 => stack.push_children(tree, &slab_ray, entry.child, t_max),
+            _ if stack.has_tested(&entry) => {}
             n_prims if any_in_leaf(tree, world, ray, entry, n_prims) => return true,
             _ => {}
         }
@@ -60,8 +70,26 @@ pub fn occluded(tree: &WideTree, world: &World, ray: &PreparedRay, stack: &mut S
 }
 
 impl Stack {
+    /// A stack for the rays of one batch.
+    pub fn new(tree: &WideTree) -> Stack {
+        let tested = if tree.has_shared_leaves { vec![(0, 0); N_REMEMBERED] } else { Vec::new() };
+        Stack { entries: Vec::new(), tested, ray: 0 }
+    }
+
+    /// Whether this ray has tested the leaf already; from then on it has.
+    #[inline(always)]
+    fn has_tested(&mut self, leaf: &Entry) -> bool {
+        if !leaf.tag.is_shared() {
+            return false;
+        }
+        let now = (self.ray, leaf.child);
+        let slot = &mut self.tested[leaf.child as usize / MAX_LEAF % N_REMEMBERED];
+        std::mem::replace(slot, now) == now
+    }
+
     #[inline(always)]
     fn begin(&mut self, tree: &WideTree) {
+        self.ray += 1;
         self.entries.clear();
         if !tree.nodes.is_empty() {
             self.entries.push(Entry { t_near: f32::NEG_INFINITY, child: 0, tag: Tag::NODE });

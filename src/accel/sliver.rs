@@ -3,7 +3,7 @@
 //! A sliver fills little of its box, and when a hundred thousand share a box a ray that passes beside them all should
 //! test none. So the box is cut into slices along its longest axis, and each slice has a tree over boxes that are as
 //! tight as the pieces of the triangles in it (the idea of early split clipping, Ernst and Greiner 2007). The triangles
-//! themselves stand in leaves of neighbours that all slices share.
+//! themselves stand in leaves of neighbours that all slices share, and a ray tests each of them once.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -38,13 +38,13 @@ impl WideTree {
             members.par_chunks(MAX_LEAF).map(|leaf| slices_of(world, leaf)).collect();
         let roots = (0..N_SLICES)
             .filter_map(|slice| {
-                let in_slice = leaves
-                    .iter()
-                    .zip(&slices)
-                    .filter_map(|(leaf, boxes)| boxes[slice].map(|bounds| Entry { bounds, ..*leaf }));
+                let in_slice = leaves.iter().zip(&slices).filter_map(|(leaf, boxes)| {
+                    boxes[slice].map(|bounds| Entry { bounds, tag: leaf.tag.shared(), ..*leaf })
+                });
                 self.push_balanced(in_slice.collect())
             })
             .collect();
+        self.has_shared_leaves = true;
         self.push_balanced(roots).unwrap_or(leaves[0])
     }
 }

@@ -25,6 +25,8 @@ const _: () = assert!(size_of::<WideNode>() == 256);
 #[repr(transparent)]
 pub struct Tag(u8);
 
+const SHARED: u8 = 1 << 7;
+
 impl Tag {
     /// A node, or an unused slot.
     pub const NODE: Tag = Tag(0);
@@ -36,6 +38,18 @@ impl Tag {
         Tag((kind as u8) << 4 | n_prims as u8)
     }
 
+    /// The same leaf, known to stand in several nodes.
+    #[inline]
+    pub fn shared(self) -> Tag {
+        Tag(self.0 | SHARED)
+    }
+
+    /// Whether the leaf stands in several nodes.
+    #[inline]
+    pub fn is_shared(self) -> bool {
+        self.0 & SHARED != 0
+    }
+
     /// Primitives of a leaf; 0 for a node.
     #[inline]
     pub fn n_prims(self) -> usize {
@@ -45,7 +59,7 @@ impl Tag {
     /// Kind of a leaf.
     #[inline]
     pub fn kind(self) -> PrimKind {
-        match self.0 >> 4 {
+        match self.0 >> 4 & 3 {
             0 => PrimKind::Sphere,
             1 => PrimKind::Quadric,
             _ => PrimKind::Triangle,
@@ -78,6 +92,8 @@ pub struct WideTree {
     pub prims: Vec<PrimRef>,
     /// Levels on the longest path, the root being 1.
     pub depth: usize,
+    /// Whether any leaf stands in several nodes.
+    pub has_shared_leaves: bool,
 }
 
 impl WideNode {
