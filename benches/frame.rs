@@ -25,6 +25,7 @@ fn frame(world: &World, camera: &Camera, accel: &Accel, region: Region) -> Rende
         tile_size_px: 32,
         threads: 1,
         region,
+        terminator: false,
         course: false,
     };
     match render(world, accel, camera, &settings, &Control::default()) {

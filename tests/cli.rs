@@ -175,6 +175,7 @@ fn the_stats_file_has_the_agreed_keys_and_consistent_figures() {
     assert!(0 < of("camera_hit") && of("camera_hit") < of("camera"));
     assert!(of("shadow") > 0);
     assert_eq!(of("refraction"), 0);
+    assert_eq!(stats["exact_tests"], 0, "nothing here is close to undecidable");
     assert!(of("reflection") <= 4 * of("camera_hit"));
     assert!(stats["memory_bytes"]["tables"].as_u64().unwrap() > 0);
     assert!(stats["memory_bytes"]["accel"].is_u64());
@@ -183,6 +184,30 @@ fn the_stats_file_has_the_agreed_keys_and_consistent_figures() {
     }
     let sizes = ["width", "height", "samples", "threads"].map(|key| stats[key].as_u64().unwrap());
     assert_eq!(sizes, [32, 24, 4, 2]);
+}
+
+#[test]
+fn tests_that_needed_exact_arithmetic_are_told_when_there_are_any() {
+    let room = Room::new();
+    let plain = out(&room.succeeds("render scene.toml --samples 1"));
+    assert!(!plain.contains("exact arithmetic"), "{plain}");
+    // The ray of the middle pixel goes through an edge.
+    room.write("edge.toml", "[[hittable]]\ntype = \"triangle\"\na = [0, -3, -7]\nb = [0, 5, -7]\nc = [-4, 1, -7]\n");
+    let told = out(&room.succeeds("render edge.toml --width 3 --height 3 --samples 1 --stats s.json"));
+    let stats: Value = serde_json::from_str(&fs::read_to_string(room.path().join("s.json")).unwrap()).unwrap();
+    let n_tests = stats["exact_tests"].as_u64().unwrap();
+    assert!(n_tests > 0 && told.contains(&format!("exact   {n_tests} primitive test")), "{n_tests}: {told}");
+}
+
+#[test]
+fn the_terminator_correction_is_an_option_that_the_compatible_mode_refuses() {
+    let room = Room::new();
+    room.succeeds("render scene.toml --samples 1 --terminator -o on.png");
+    room.succeeds("render scene.toml --samples 1 --terminator=false -o off.png");
+    let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
+    assert_eq!(bytes("on.png"), bytes("off.png"), "a scene without a smooth mesh is not changed");
+    room.fails("render scene.toml --compat course --terminator", 2, &["--terminator"]);
+    room.fails("render scene.toml --terminator=perhaps", 2, &["perhaps"]);
 }
 
 #[test]

@@ -147,6 +147,10 @@ pub struct RenderArgs {
     /// Longest chain of rays, the camera ray being 1 [default: 5]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_DEPTH), help_heading = "Quality")]
     pub max_depth: Option<u32>,
+    /// Correct the shadow terminator of coarse smooth meshes [default: false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+          help_heading = "Quality")]
+    pub terminator: Option<bool>,
     /// Be another renderer, bit for bit: fixes samples, depth, clamping and PNG encoding
     #[arg(long, value_name = "RENDERER", conflicts_with = "exposure", help_heading = "Quality")]
     pub compat: Option<CompatArg>,

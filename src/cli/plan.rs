@@ -45,6 +45,9 @@ pub fn check(args: &RenderArgs) -> Result<(), Failure> {
         if args.max_depth.is_some_and(|max_depth| max_depth != COURSE_MAX_DEPTH) {
             return conflict("'--compat course' traces to depth 5: leave out '--max-depth'");
         }
+        if args.terminator == Some(true) {
+            return conflict("'--compat course' starts its shadow rays at the facet: leave out '--terminator'");
+        }
     } else if args.sampler == Some(SamplerArg::Center) && several {
         return conflict("'--sampler center' takes one sample: it cannot be used with '--samples' above 1");
     }
@@ -94,6 +97,7 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         tile_size_px: args.tile_size.unwrap_or(DEFAULT_TILE_SIZE_PX),
         threads: threads(args),
         region,
+        terminator: !course && args.terminator.or(scene.render.terminator).unwrap_or(false),
         course,
     };
     let accel = match args.accel {
@@ -159,10 +163,12 @@ mod tests {
             seed: Some(7),
             max_depth: Some(3),
             exposure_ev: Some(1.0),
+            terminator: Some(true),
         };
         let plain = settings(RenderArgs::default(), RenderKeys::default());
         assert_eq!((plain.samples, plain.sampler, plain.seed, plain.max_depth), (16, Sampler::Jitter, 0, 5));
         assert_eq!((plain.tile_size_px, plain.region), (32, Region::whole(40, 30)));
+        assert!(!plain.terminator);
 
         let of_scene = settings(RenderArgs::default(), keys.clone());
         assert_eq!((of_scene.samples, of_scene.sampler, of_scene.seed, of_scene.max_depth), (9, Sampler::Grid, 7, 3));
@@ -173,10 +179,12 @@ mod tests {
             seed: Some(1),
             max_depth: Some(1),
             exposure: Some(-2.0),
+            terminator: Some(false),
             ..RenderArgs::default()
         };
         let asked = settings(args.clone(), keys.clone());
         assert_eq!((asked.samples, asked.sampler, asked.seed, asked.max_depth), (2, Sampler::Jitter, 1, 1));
+        assert!(of_scene.terminator && !asked.terminator);
         assert_eq!(settle(&args, &scene(keys)).unwrap().exposure_ev, -2.0);
     }
 
@@ -196,10 +204,11 @@ mod tests {
 
     #[test]
     fn the_compatible_mode_ignores_the_scenes_sampling() {
-        let keys = RenderKeys { samples: Some(9), max_depth: Some(2), ..RenderKeys::default() };
+        let keys = RenderKeys { samples: Some(9), max_depth: Some(2), terminator: Some(true), ..RenderKeys::default() };
         let args = RenderArgs { compat: Some(CompatArg::Course), ..RenderArgs::default() };
         let course = settings(args, keys);
         assert_eq!((course.samples, course.sampler, course.max_depth, course.course), (4, Sampler::Grid, 5, true));
+        assert!(!course.terminator);
     }
 
     #[test]
@@ -210,6 +219,7 @@ mod tests {
             RenderArgs { samples: Some(16), ..course.clone() },
             RenderArgs { sampler: Some(SamplerArg::Jitter), ..course.clone() },
             RenderArgs { max_depth: Some(6), ..course.clone() },
+            RenderArgs { terminator: Some(true), ..course.clone() },
         ];
         for args in wrong {
             assert!(matches!(check(&args), Err(Failure::Usage(_))), "{args:?}");

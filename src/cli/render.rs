@@ -63,6 +63,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             ..seconds
         },
         rays: rendered.rays.into(),
+        exact_tests: rendered.exact_tests,
         memory_bytes: MemoryBytes {
             tables: memory::table_bytes(&scene.world),
             accel: accel.stats().memory_bytes as u64,

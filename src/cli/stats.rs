@@ -14,6 +14,8 @@ pub struct Stats {
     pub seconds: Seconds,
     /// Rays by kind.
     pub rays: Rays,
+    /// Primitive tests that only exact arithmetic could decide.
+    pub exact_tests: u64,
     /// Memory.
     pub memory_bytes: MemoryBytes,
     /// Width of the whole image in pixels.
@@ -83,7 +85,7 @@ impl Stats {
 
     /// The closing summary, one fact a line.
     pub fn summary(&self, written: &[&Path]) -> String {
-        let Stats { seconds, rays, memory_bytes, width, height, samples, threads } = self;
+        let Stats { seconds, rays, exact_tests, memory_bytes, width, height, samples, threads } = self;
         let n_rays = rays.camera + rays.reflection + rays.refraction + rays.shadow;
         let count = quantity::count;
         let plural = |n: u64| if n == 1 { "" } else { "s" };
@@ -121,6 +123,13 @@ impl Stats {
                 memory_bytes.peak.map_or_else(|| "unknown".to_owned(), quantity::bytes)
             ),
         ];
+        if *exact_tests > 0 {
+            lines.push(format!(
+                "exact   {} primitive test{} needed exact arithmetic",
+                count(*exact_tests),
+                plural(*exact_tests)
+            ));
+        }
         lines.extend(written.iter().map(|path| format!("wrote   {}", terminal::shown(path))));
         lines.join("\n") + "\n"
     }
@@ -135,6 +144,7 @@ mod tests {
         let stats = Stats {
             seconds: Seconds { load: 0.5, ..Seconds::default() },
             rays: Rays { camera: 4, camera_hit: 3, ..Rays::default() },
+            exact_tests: 0,
             memory_bytes: MemoryBytes { tables: 10, accel: 20, peak: None },
             width: 2,
             height: 1,
@@ -145,10 +155,13 @@ mod tests {
         let expected = serde_json::json!({
             "seconds": {"load": 0.5, "build": 0.0, "trace": 0.0, "write": 0.0, "total": 0.0},
             "rays": {"camera": 4, "camera_hit": 3, "reflection": 0, "refraction": 0, "shadow": 0},
+            "exact_tests": 0,
             "memory_bytes": {"tables": 10, "accel": 20, "peak": null},
             "width": 2, "height": 1, "samples": 2, "threads": 1
         });
         assert_eq!(json, expected);
         assert!(stats.summary(&[]).contains("camera 4 (3 hit)"));
+        assert!(!stats.summary(&[]).contains("exact"), "what did not happen is not told");
+        assert!(Stats { exact_tests: 1234, ..stats }.summary(&[]).contains("exact   1,234 primitive tests"));
     }
 }

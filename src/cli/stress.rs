@@ -22,7 +22,8 @@ Examples:
 
 Columns: cases; wrong hits or misses; t in f64 ulps, p in ulps of the largest coordinate involved,
 n absolute: the worst errors seen; exact: primitive tests per case that needed exact arithmetic;
-wrong answers of the textbook formulas in f32 to the same questions.
+wrong answers of the textbook formulas in f32 to the same questions (of terminator: points that
+are black without the correction).
 
 Keys of --json: seed, seconds, suites [{name, about, cases, wrong, inaccurate, judged, max_ulp_t,
 max_ulp_t_f32, max_ulp_p, max_err_n, exact_tests, exact_share, naive_f32 {cases, wrong},

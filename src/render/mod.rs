@@ -4,6 +4,7 @@ mod camera_ray;
 mod sampler;
 mod shade;
 pub mod surface;
+pub mod terminator;
 mod tile;
 mod trace;
 
@@ -42,6 +43,8 @@ pub struct Settings {
     pub threads: usize,
     /// The part of the image to render; it must lie inside.
     pub region: Region,
+    /// Start the rays that leave a coarse smooth mesh where the smooth surface would be ([`terminator`]).
+    pub terminator: bool,
     /// Clamp the radiance of every bounce to 1 and keep f64 planes, as the original does.
     pub course: bool,
 }
@@ -134,7 +137,7 @@ pub fn render(
         scene: trace::Scene {
             world,
             accel,
-            shading: shade::Shading::new(&features),
+            shading: shade::Shading::new(&features, settings.terminator),
             max_depth: settings.max_depth,
             clamp: settings.course,
         },

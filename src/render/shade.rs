@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::surface::{Surface, describe, shading_normal};
+use super::terminator;
 use super::trace::Level;
 use crate::numeric::U;
 use crate::world::{Features, Hit, MaterialId, Ray, World};
@@ -29,26 +30,12 @@ pub struct Shading {
 }
 
 impl Shading {
-    /// The stage that has these features and no others.
-    pub fn new(features: &Features) -> Shading {
-        let lit = features.direct_light;
-        let stage: Stage = match (features.smooth_normals, features.two_sided, features.reflection, lit) {
-            (false, false, false, false) => shade::<false, false, false, false>,
-            (false, false, false, true) => shade::<false, false, false, true>,
-            (false, false, true, false) => shade::<false, false, true, false>,
-            (false, false, true, true) => shade::<false, false, true, true>,
-            (false, true, false, false) => shade::<false, true, false, false>,
-            (false, true, false, true) => shade::<false, true, false, true>,
-            (false, true, true, false) => shade::<false, true, true, false>,
-            (false, true, true, true) => shade::<false, true, true, true>,
-            (true, false, false, false) => shade::<true, false, false, false>,
-            (true, false, false, true) => shade::<true, false, false, true>,
-            (true, false, true, false) => shade::<true, false, true, false>,
-            (true, false, true, true) => shade::<true, false, true, true>,
-            (true, true, false, false) => shade::<true, true, false, false>,
-            (true, true, false, true) => shade::<true, true, false, true>,
-            (true, true, true, false) => shade::<true, true, true, false>,
-            (true, true, true, true) => shade::<true, true, true, true>,
+    /// The stage that has these features and no others, with or without the correction of [`terminator`].
+    pub fn new(features: &Features, terminator: bool) -> Shading {
+        let stage = match (features.smooth_normals, terminator) {
+            (false, _) => stage_of_sides::<false, false>(features),
+            (true, false) => stage_of_sides::<true, false>(features),
+            (true, true) => stage_of_sides::<true, true>(features),
         };
         Shading { stage }
     }
@@ -68,6 +55,24 @@ impl Shading {
     }
 }
 
+// From features to constants, one after another.
+
+fn stage_of_sides<const SMOOTH: bool, const TERMINATOR: bool>(features: &Features) -> Stage {
+    match features.two_sided {
+        false => stage_of_mirrors::<SMOOTH, TERMINATOR, false>(features),
+        true => stage_of_mirrors::<SMOOTH, TERMINATOR, true>(features),
+    }
+}
+
+fn stage_of_mirrors<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(features: &Features) -> Stage {
+    match (features.reflection, features.direct_light) {
+        (false, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, false, false>,
+        (false, true) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, false, true>,
+        (true, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, true, false>,
+        (true, true) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, true, true>,
+    }
+}
+
 /// Where a shadow ray ends, the light being at 1. The direction is rounded by u per component, so that a surface which the
 /// light lies on exactly is met up to 2u/cos θ too early, θ being the angle of incidence there: 2⁻⁴⁷ = 64u keeps such a
 /// surface from blocking its own light up to 88°.
@@ -81,9 +86,22 @@ struct Point {
     ns: DVec3,
     /// Unit direction to the viewer.
     wo: DVec3,
+    /// Where rays to the side of `ns` start, if not at the surface.
+    raised: Option<DVec3>,
 }
 
-fn shade<const SMOOTH: bool, const TWO_SIDED: bool, const MIRROR: bool, const LIT: bool>(
+impl Point {
+    /// Where a ray of a direction starts.
+    #[inline]
+    fn leave<const TERMINATOR: bool>(&self, direction: DVec3) -> DVec3 {
+        match self.raised {
+            Some(start) if TERMINATOR && self.ns.dot(direction) > 0.0 => start,
+            _ => self.surface.leave(direction),
+        }
+    }
+}
+
+fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const MIRROR: bool, const LIT: bool>(
     world: &World,
     level: &mut Level,
     bounce: bool,
@@ -106,20 +124,20 @@ fn shade<const SMOOTH: bool, const TWO_SIDED: bool, const MIRROR: bool, const LI
         if !lit && !mirror {
             continue;
         }
-        let point = point::<SMOOTH, TWO_SIDED>(world, ray, hit, material);
+        let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material);
         if lit {
-            light(world, &point, ray_idx, shadow, shadow_rays);
+            light::<TERMINATOR>(world, &point, ray_idx, shadow, shadow_rays);
         }
         if mirror {
             let direction = 2.0 * point.ns.dot(point.wo) * point.ns - point.wo;
-            let origin = point.surface.leave(direction);
+            let origin = point.leave::<TERMINATOR>(direction);
             next.push(Ray::new(origin, direction), ray_idx, world.materials.reflectance[material.idx()]);
         }
     }
 }
 
 #[inline]
-fn point<const SMOOTH: bool, const TWO_SIDED: bool>(
+fn point<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(
     world: &World,
     ray: &Ray,
     hit: &Hit,
@@ -129,12 +147,20 @@ fn point<const SMOOTH: bool, const TWO_SIDED: bool>(
     let wo = -ray.direction.normalize();
     let ns = if SMOOTH { shading_normal(world, hit, surface.ng) } else { surface.ng };
     let turned = TWO_SIDED && surface.ng.dot(wo) < 0.0;
-    Point { surface, material, ns: if turned { -ns } else { ns }, wo }
+    let ns = if turned { -ns } else { ns };
+    let raised = if TERMINATOR { terminator::start(world, hit, &surface, ns) } else { None };
+    Point { surface, material, ns, wo, raised }
 }
 
 /// Sends a shadow ray to each light that the surface faces, with what it would add.
 #[inline]
-fn light(world: &World, point: &Point, ray_idx: u32, shadow: &mut Vec<ShadowRay>, shadow_rays: &mut Vec<Ray>) {
+fn light<const TERMINATOR: bool>(
+    world: &World,
+    point: &Point,
+    ray_idx: u32,
+    shadow: &mut Vec<ShadowRay>,
+    shadow_rays: &mut Vec<Ray>,
+) {
     let materials = &world.materials;
     let row = point.material.idx();
     for (&position, &intensity) in world.lights.positions.iter().zip(&world.lights.intensities) {
@@ -150,7 +176,7 @@ fn light(world: &World, point: &Point, ray_idx: u32, shadow: &mut Vec<ShadowRay>
             continue;
         }
         // The segment to the light, open at both ends: what lies behind the light casts no shadow.
-        let origin = point.surface.leave(wi);
+        let origin = point.leave::<TERMINATOR>(wi);
         shadow_rays.push(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT));
         shadow.push(ShadowRay { ray_idx, radiance });
     }

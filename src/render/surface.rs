@@ -24,9 +24,15 @@ impl Surface {
     /// surface on the side that it leaves by.
     #[inline]
     pub fn leave(&self, direction: DVec3) -> DVec3 {
-        let distance = LEAVE_ROUNDINGS * U * (self.p.abs().max_element() + self.extent);
+        let distance = self.clearance(0.0);
         let side = if self.ng.dot(direction) < 0.0 { -distance } else { distance };
         self.p + side * self.ng
+    }
+
+    /// How far off the surface a ray starts, at least, that starts within `reach` of the point.
+    #[inline]
+    pub fn clearance(&self, reach: f64) -> f64 {
+        LEAVE_ROUNDINGS * U * (self.p.abs().max_element() + self.extent + reach)
     }
 }
 
@@ -93,15 +99,21 @@ fn facing(ray: &Ray) -> DVec3 {
 /// The unit shading normal at a hit: interpolated over a smooth mesh (Phong 1975), else the geometric one.
 #[inline]
 pub fn shading_normal(world: &World, hit: &Hit, ng: DVec3) -> DVec3 {
+    let Some([a, b, c]) = vertex_normals(world, hit) else { return ng };
+    let w = 1.0 - hit.u - hit.v;
+    (w * a + hit.u * b + hit.v * c).try_normalize().unwrap_or(ng)
+}
+
+/// The normals at the corners of the triangle that was hit, if it belongs to a smooth mesh.
+#[inline]
+pub(super) fn vertex_normals(world: &World, hit: &Hit) -> Option<[DVec3; 3]> {
     if hit.prim.kind() != PrimKind::Triangle {
-        return ng;
+        return None;
     }
     let row = hit.prim.row();
     let mesh = world.meshes.of_triangle(row).idx();
-    let Some(first_normal) = world.meshes.first_normal[mesh] else { return ng };
+    let first_normal = world.meshes.first_normal[mesh]?;
     let first_vertex = world.meshes.first_vertex[mesh];
     let normal = |vertex: u32| world.triangles.normals[(vertex - first_vertex + first_normal) as usize].as_dvec3();
-    let [a, b, c] = world.triangles.vertices[row].map(normal);
-    let w = 1.0 - hit.u - hit.v;
-    (w * a + hit.u * b + hit.v * c).try_normalize().unwrap_or(ng)
+    Some(world.triangles.vertices[row].map(normal))
 }

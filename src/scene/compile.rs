@@ -110,8 +110,9 @@ fn compile_scene(
 }
 
 fn compile_render(render: &RenderDesc) -> RenderKeys {
-    let RenderDesc { samples, sampler, seed, max_depth, exposure_ev, background: _, two_sided: _ } = *render;
-    RenderKeys { samples, sampler, seed, max_depth, exposure_ev }
+    let RenderDesc { samples, sampler, seed, max_depth, exposure_ev, background: _, two_sided: _, terminator } =
+        *render;
+    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, terminator }
 }
 
 fn compile_camera(camera: &CameraDesc, overrides: &Overrides, report: &Report) -> Option<Camera> {

@@ -82,6 +82,8 @@ pub struct RenderDesc {
     pub exposure_ev: Option<f64>,
     /// `background`, scene-linear RGB.
     pub background: Option<DVec3>,
+    /// `terminator`.
+    pub terminator: Option<bool>,
     /// `two_sided`.
     pub two_sided: Option<bool>,
 }

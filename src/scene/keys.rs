@@ -85,6 +85,7 @@ fn read_render(mut table: Table<'_>) -> RenderDesc {
         exposure_ev: table.number("exposure", &EXPOSURE).map(|ev| ev.value),
         background: table.vec3("background", &NON_NEGATIVE).map(|rgb| rgb.value),
         two_sided: table.flag("two_sided"),
+        terminator: table.flag("terminator"),
     };
     table.finish();
     render

@@ -56,6 +56,8 @@ pub struct RenderKeys {
     pub max_depth: Option<u32>,
     /// Exposure of the PNG in stops.
     pub exposure_ev: Option<f64>,
+    /// Start the rays that leave a coarse smooth mesh where the smooth surface would be.
+    pub terminator: Option<bool>,
 }
 
 /// The samplers by the names that scenes use.

@@ -53,6 +53,7 @@ pub fn center_settings(camera: &Camera) -> Settings {
         tile_size_px: 32,
         threads: 2,
         region: Region::whole(camera.width_px, camera.height_px),
+        terminator: false,
         course: false,
     }
 }

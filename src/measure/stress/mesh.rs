@@ -1,5 +1,6 @@
 //! Closed meshes.
 
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3, dvec3};
@@ -32,6 +33,21 @@ impl Mesh {
         Mesh { positions: self.positions.iter().map(place).collect(), triangles: self.triangles.clone() }
     }
 
+    /// Cuts each triangle of a mesh on the unit sphere into four.
+    fn quarter(&mut self) {
+        let mut middles = HashMap::new();
+        for [a, b, c] in std::mem::take(&mut self.triangles) {
+            let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(from, to)| {
+                *middles.entry((from.min(to), from.max(to))).or_insert_with(|| {
+                    let sum = self.positions[from as usize].as_dvec3() + self.positions[to as usize].as_dvec3();
+                    self.positions.push(sum.normalize().as_vec3());
+                    self.positions.len() as u32 - 1
+                })
+            });
+            self.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+    }
+
     fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
         self.triangles.push([a, b, c]);
         self.triangles.push([a, c, d]);
@@ -59,6 +75,31 @@ pub fn lat_long(n_segments: u32, n_rings: u32) -> Mesh {
         }
         mesh.triangles.push([vertex(n_rings - 1, s), south, vertex(n_rings - 1, s + 1)]);
     }
+    mesh
+}
+
+/// An icosahedron inscribed in the unit sphere, its faces quartered a number of times.
+pub fn icosphere(n_subdivisions: u32) -> Mesh {
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let mut corners = Vec::new();
+    for (short, long) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
+        corners.extend([dvec3(0.0, short, long), dvec3(short, long, 0.0), dvec3(long, 0.0, short)]);
+    }
+    let mut mesh = Mesh { positions: corners.iter().map(|p| p.normalize().as_vec3()).collect(), triangles: Vec::new() };
+    // Faces are the triples of neighbours; neighbours are 2 apart.
+    let neighbours = |a: usize, b: usize| corners[a].distance_squared(corners[b]) < 4.1;
+    for a in 0..12 {
+        for b in a + 1..12 {
+            for c in b + 1..12 {
+                if neighbours(a, b) && neighbours(b, c) && neighbours(c, a) {
+                    let outwards = corners[a].dot(corners[b].cross(corners[c])) > 0.0;
+                    let [a, b, c] = [a, b, c].map(|corner| corner as u32);
+                    mesh.triangles.push(if outwards { [a, b, c] } else { [a, c, b] });
+                }
+            }
+        }
+    }
+    (0..n_subdivisions).for_each(|_| mesh.quarter());
     mesh
 }
 
@@ -102,11 +143,10 @@ pub fn bumpy_block(n: u32) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashMap;
 
     #[test]
     fn meshes_are_closed_and_turned_outwards() {
-        for mesh in [lat_long(16, 9), lat_long(3, 20), cube(), bumpy_block(6)] {
+        for mesh in [lat_long(16, 9), lat_long(3, 20), icosphere(0), icosphere(2), cube(), bumpy_block(6)] {
             let mut edges = HashMap::new();
             let mut volume = 0.0;
             for (index, &[a, b, c]) in mesh.triangles.iter().enumerate() {

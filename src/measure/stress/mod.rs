@@ -25,6 +25,7 @@ pub mod scene;
 pub mod shapes;
 pub mod sphere;
 pub mod tally;
+pub mod terminator;
 pub mod textbook;
 pub mod watertight;
 pub mod worst_case;
@@ -51,8 +52,8 @@ pub struct Suite {
     run: fn(&Block, &mut Tally),
 }
 
-/// All suites, in the order in which they are reported. The terminator suite joins with the terminator correction.
-pub const SUITES: [Suite; 12] = [
+/// All suites, in the order in which they are reported.
+pub const SUITES: [Suite; 13] = [
     suite("watertight", "closed meshes from inside: vertices, edges, axes", 10, 256, watertight::run),
     suite("scale", "everything times powers of two", 8, 64, scale::run),
     suite("offset", "everything moved by 0 to 1e7 sizes", 8, 64, offset::run),
@@ -64,6 +65,7 @@ pub const SUITES: [Suite; 12] = [
     suite("degenerate", "bad triangles among good ones, bad rays", 6, 256, degenerate::run),
     suite("reintersect", "rays leaving hits, half of them near-tangent", 8, 1000, reintersect::run),
     suite("mirrors", "a thousand bounces in closed boxes and spheres", 10, 1000, mirrors::run),
+    suite("terminator", "coarse smooth spheres; naive: uncorrected", 6, 256, terminator::run),
     suite("consistency", "symmetries that must not change an answer", 6, 64, consistency::run),
 ];
 
