@@ -26,10 +26,13 @@ impl Display {
     }
 }
 
+/// The largest value that the original's formula byte = ⌊min(c, 1 − 1e-5)·256⌋ lets through: part of its definition.
+const COURSE_WHITE: f64 = 1.0 - 1e-5;
+
 /// The original's byte of one channel.
 fn course_byte(value: f64) -> u8 {
     // `min` would turn NaN into the other operand; a comparison leaves it to the cast, which makes it 0.
-    let below_one = if value > 1.0 - 1e-5 { 1.0 - 1e-5 } else { value };
+    let below_one = if value > COURSE_WHITE { COURSE_WHITE } else { value };
     // Below zero the cast saturates at 0; above, truncation is the floor.
     (below_one * 256.0) as u8
 }

@@ -87,8 +87,10 @@ fn box_of(surface: &Quadric) -> Option<Bounds> {
     let level = level + BOX_SLACK * (g.abs().dot(middle.abs()) + surface.constant.abs());
     let reach = (variance * level.max(0.0)).map(f64::sqrt);
 
-    // A share of everything that went in covers all roundings.
-    let slack = BOX_SLACK * (reach + middle.abs() + g.abs() * variance);
+    // A share of everything that went in covers all roundings: those of the inverse, whose entries (i, j) are at most
+    // √(vᵢ·vⱼ), and two of the sums below, each of half an ulp.
+    let deviation = variance.map(f64::sqrt);
+    let slack = BOX_SLACK * (reach + deviation * deviation.dot(g.abs()));
     let slack = slack + f64::EPSILON * (surface.center.abs() + middle.abs() + reach);
     let center = surface.center + middle;
     Bounds::around(center - reach - slack, center + reach + slack)
