@@ -9,6 +9,7 @@ pub mod case;
 pub mod consistency;
 pub mod degenerate;
 pub mod duplicate;
+pub mod fuzz;
 pub mod grazing;
 pub mod hexadecimal;
 pub mod mesh;
