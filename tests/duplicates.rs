@@ -71,6 +71,23 @@ fn slivers_that_share_a_box_make_a_shallow_tree_and_answer_like_the_full_scan() 
 }
 
 #[test]
+fn trees_are_shallow_at_every_scale() {
+    let unit = |k: u64| hash_unit(k) as f32;
+    for scale in [1e-36f32, 1e-25, 1e-12, 1.0, 1e12, 1e25, 1e37] {
+        let corners = |i: u64| {
+            let at = Vec3::new(unit(16 * i), unit(16 * i + 1), unit(16 * i + 2));
+            let edge = |k: u64| 0.05 * Vec3::new(unit(16 * i + k), unit(16 * i + k + 1), unit(16 * i + k + 2));
+            [scale * at, scale * (at + edge(3)), scale * (at + edge(6))]
+        };
+        let positions: Vec<Vec3> = (0..3000).flat_map(corners).collect();
+        let triangles = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let world = World::from_triangles(positions, triangles).unwrap();
+        let stats = Accel::build(&world, AccelKind::Bvh).stats();
+        assert!(stats.depth <= 8, "at {scale:e}: {stats:?}");
+    }
+}
+
+#[test]
 fn copies_of_spheres_and_quadrics_stay_and_the_lowest_id_wins() {
     let mut world = World::default();
     let material = world.materials.add(&Default::default());

@@ -60,24 +60,29 @@ pub fn build(groups: &Groups) -> BinaryTree {
             children[side] = index;
         }
         let first = tree.order.len() as u32;
+        let mut bounds = groups.boxes[0];
         let children = if node.is_leaf() {
             let leaf = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            tree.order.extend(bvh.primitive_indices[leaf].iter().map(|&index| groups.items[index as usize]));
+            let members = &bvh.primitive_indices[leaf];
+            tree.order.extend(members.iter().map(|&index| groups.items[index as usize]));
+            let boxes = members.iter().map(|&index| groups.boxes[index as usize]);
+            bounds = boxes.reduce(Bounds::union).unwrap_or(bounds);
             None
         } else {
             stack.push((node.first_index + 1, Some((index, 1))));
             stack.push((node.first_index, Some((index, 0))));
             Some([0, 0])
         };
-        let bounds = Bounds { lo: node.aabb().min.into(), hi: node.aabb().max.into() };
         tree.nodes.push(BinaryNode { bounds, children, first, n_items: tree.order.len() as u32 - first });
     }
-    tree.count_items();
+    tree.sum_up();
     tree
 }
 
 fn build_bvh2(boxes: &[Bounds]) -> Bvh2 {
-    let aabbs: Vec<Aabb> = boxes.par_iter().map(|b| Aabb { min: Vec3A::from(b.lo), max: Vec3A::from(b.hi) }).collect();
+    let scale = scale_of(boxes);
+    let scaled = |b: &Bounds| Aabb { min: scale * Vec3A::from(b.lo), max: scale * Vec3A::from(b.hi) };
+    let aabbs: Vec<Aabb> = boxes.par_iter().map(scaled).collect();
     let indices = (0..boxes.len() as u32).collect();
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Medium,
@@ -90,12 +95,24 @@ fn build_bvh2(boxes: &[Bounds]) -> Bvh2 {
     bvh
 }
 
+/// A power of two that brings the largest coordinate near 1. obvhs compares products of f32, which overflow in large
+/// scenes and vanish in small ones, and boxes that it cannot tell apart make a chain. It says only which boxes belong
+/// together: those of the tree are our own, unscaled.
+fn scale_of(boxes: &[Bounds]) -> f32 {
+    let largest = boxes.par_iter().map(|b| b.lo.abs().max(b.hi.abs()).max_element()).reduce(|| 0.0, f32::max);
+    let exponent = (largest.to_bits() >> 23) as i32 - 127;
+    f32::from_bits(((127 - exponent.clamp(-126, 126)) as u32) << 23)
+}
+
 impl BinaryTree {
-    /// Sums the items below each inner node. Depth-first order makes its run begin where the node stands.
-    fn count_items(&mut self) {
+    /// Boxes and items of inner nodes, from the leaves up. Depth-first order makes a node's run begin where it stands.
+    fn sum_up(&mut self) {
         for index in (0..self.nodes.len()).rev() {
             if let Some([left, right]) = self.nodes[index].children {
-                self.nodes[index].n_items = self.nodes[left as usize].n_items + self.nodes[right as usize].n_items;
+                let (left, right) = (self.nodes[left as usize], self.nodes[right as usize]);
+                let node = &mut self.nodes[index];
+                node.bounds = left.bounds.union(right.bounds);
+                node.n_items = left.n_items + right.n_items;
             }
         }
     }
