@@ -24,7 +24,7 @@ use crate::world::{Hit, MeshInput, Ray, World};
 pub fn run(block: &Block, tally: &mut Tally) {
     let sphere = Sphere::new(&mut block.shared());
     for (case, mut random) in block.each() {
-        let light = sphere.lit_point(&mut random);
+        let light = (0..AIMS).find_map(|_| sphere.lit_point(&mut random));
         let Some(Lit { corrected, naive }) = light else {
             tally.count(false, || format!("{} (nothing is hit)", case.text(&Ray::new(sphere.at, DVec3::X), None)));
             continue;
@@ -37,6 +37,10 @@ pub fn run(block: &Block, tally: &mut Tally) {
         tally.naive_f32.count(sphere.scene.occluded(&naive) == [false; 2]);
     }
 }
+
+/// How often a point is looked for: a ray aimed at a rounded point of a silhouette may rightly pass beside the mesh (one
+/// in some million does), but not this many in turn.
+const AIMS: u32 = 8;
 
 /// One in so many cases is judged by exact arithmetic, too, facet by facet.
 const JUDGED_PART: u64 = 32;
