@@ -70,6 +70,14 @@ fn exact_coefficients(ray: &PreparedRay, center: DVec3, radius: f64) -> ExactCoe
     [Dyadic::dot(&d, &d), Dyadic::dot(&h, &d), c]
 }
 
+/// The way from `p`, close to the surface, to the surface along the unit normal `n`: (r² − |p − c|²)/2r, the numerator in
+/// double-double.
+pub fn to_surface(center: DVec3, radius: f64, p: DVec3, n: DVec3) -> DVec3 {
+    let h = Double3::difference(p, center);
+    let off = two_product(radius, radius) - h.dot(&h);
+    n * (off.hi / (2.0 * radius))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

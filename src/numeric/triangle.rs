@@ -234,6 +234,23 @@ pub fn unit_normal(corners: [Vec3; 3]) -> DVec3 {
     n.normalize_or_zero()
 }
 
+/// The way from `p` to the plane of a triangle that is not degenerate, along its normal. The distance is computed in
+/// double-double from the unrounded normal: a rounded one would tilt the plane by as much as `p` is far from a corner.
+pub fn to_plane(corners: [Vec3; 3], p: DVec3) -> DVec3 {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    match exact_edges(a, b, c) {
+        Some((e, f)) => {
+            let n = cross(e, f);
+            let distance = n.dot(&Double3::difference(a, p)).hi;
+            n.hi() * (distance / n.hi().length_squared())
+        }
+        None => {
+            let n = unit_normal(corners);
+            n * n.dot(a - p)
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,6 +3,8 @@
 use glam::DVec3;
 
 use crate::numeric::U;
+use crate::numeric::sphere::to_surface;
+use crate::numeric::triangle::to_plane;
 use crate::world::{Hit, PrimKind, Ray, World};
 
 /// A point on a surface.
@@ -44,18 +46,19 @@ pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
     let row = hit.prim.row();
     match hit.prim.kind() {
         PrimKind::Triangle => {
-            let a = world.triangles.corners(row)[0].as_dvec3();
-            let ng = world.triangles.ng(row);
-            let off = along - a;
-            Surface { p: step_along(along, -ng.dot(off), ng), ng, extent: off.abs().max_element() }
+            let corners = world.triangles.corners(row);
+            let extent = (along - corners[0].as_dvec3()).abs().max_element();
+            Surface { p: along + to_plane(corners, along), ng: world.triangles.ng(row), extent }
         }
         PrimKind::Sphere => {
             let (center, radius) = (world.spheres.centers[row], world.spheres.radii[row]);
-            // Divided and not multiplied by a reciprocal, and one rounding for the point: each saves half an ulp.
             let off = along - center;
             let length = off.length();
             let ng = if length > 0.0 && length < f64::INFINITY { off / length } else { facing(ray) };
-            Surface { p: step_along(center, radius, ng), ng, extent: radius }
+            let p = along + to_surface(center, radius, along, ng);
+            // Squares of radii beyond 1e154 overflow.
+            let p = if p.is_finite() { p } else { step_along(center, radius, ng) };
+            Surface { p, ng, extent: radius }
         }
         PrimKind::Quadric => describe_quadric(world, row, ray, along),
     }
