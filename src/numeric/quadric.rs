@@ -154,17 +154,18 @@ impl Sizes {
 /// summed magnitudes; 20 of S_b² + S_a·S_c for the discriminant.
 #[inline(always)]
 fn certainly_misses(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> bool {
-    let h = ray.origin - quadric.center;
-    let gradient = quadric.half_gradient(h);
-    let a = ray.direction.dot(quadric.times(ray.direction));
-    let b = ray.direction.dot(gradient);
-    let c = h.dot(gradient + quadric.linear) + quadric.constant;
-    b * b - a * c < -21.0 * U * (sizes.b * sizes.b + sizes.a * sizes.c)
+    let (discriminant, error) = sized_discriminant(ray, quadric, sizes);
+    discriminant < -error
 }
 
 /// b² − ac as the f64 tier has it, and its bound: for the search for the worst case.
 pub(crate) fn discriminant(ray: &PreparedRay, quadric: &Quadric) -> (f64, f64) {
-    let sizes = Sizes::new(ray, quadric);
+    sized_discriminant(ray, quadric, &Sizes::new(ray, quadric))
+}
+
+/// b² − ac in f64, and what it may be wrong by.
+#[inline(always)]
+fn sized_discriminant(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> (f64, f64) {
     let h = ray.origin - quadric.center;
     let gradient = quadric.half_gradient(h);
     let a = ray.direction.dot(quadric.times(ray.direction));

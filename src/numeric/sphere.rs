@@ -32,12 +32,13 @@ fn certainly_misses(ray: &PreparedRay, center: DVec3, radius: f64) -> bool {
     let (a, b, h2, r2) = (ray.direction.length_squared(), h.dot(ray.direction), h.length_squared(), radius * radius);
     let size = h2 + r2;
     let c = h2 - r2;
-    let discriminant = b * b - a * c;
     let leaving = ray.t_min >= 0.0 && c > 8.0 * U * size && b > 0.0 && b * b > 32.0 * U * U * a * h2;
-    leaving || discriminant < -24.0 * U * a * size
+    let (discriminant, error) = discriminant(ray, center, radius);
+    leaving || discriminant < -error
 }
 
-/// b² − ac as the f64 tier has it, and its bound: for the search for the worst case.
+/// b² − ac in f64, and what it may be wrong by.
+#[inline(always)]
 pub(crate) fn discriminant(ray: &PreparedRay, center: DVec3, radius: f64) -> (f64, f64) {
     let h = ray.origin - center;
     let (a, b, h2, r2) = (ray.direction.length_squared(), h.dot(ray.direction), h.length_squared(), radius * radius);
