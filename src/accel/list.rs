@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::slab::WIDTH;
 use super::sliver::BUNDLE;
-use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
+use super::wide::{Entry, MAX_LEAF, N_COORDINATES, Tag, WideNode, WideTree};
 use crate::world::{Bounds, PrimKind, PrimRef, World};
 
 /// The box of what has none; only unbounded primitives lack one, and they never come here.
@@ -16,8 +16,13 @@ impl WideTree {
         let kind = run[0].kind();
         let first = match kind {
             PrimKind::Triangle => {
-                let first = self.corners.len();
-                self.corners.extend(run.iter().map(|prim| world.triangles.corners(prim.row())));
+                let first = self.triangle_rows.len();
+                self.corners.truncate(N_COORDINATES * first);
+                for coordinate in 0..N_COORDINATES {
+                    let of = |prim: &PrimRef| world.triangles.corners(prim.row())[coordinate / 3][coordinate % 3];
+                    self.corners.extend(run.iter().map(of));
+                }
+                self.corners.extend([0.0; MAX_LEAF]);
                 self.triangle_rows.extend(run.iter().map(|prim| prim.row() as u32));
                 first
             }

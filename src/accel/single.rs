@@ -132,8 +132,8 @@ fn closest_in_leaf(tree: &WideTree, world: &World, ray: &mut PreparedRay, leaf: 
     match leaf.tag.kind() {
         PrimKind::Triangle => {
             let rows = &tree.triangle_rows[first..first + n_prims];
-            for (corners, &row) in tree.corners[first..first + n_prims].iter().zip(rows) {
-                let hit = triangle::intersect(ray, *corners);
+            for (i, &row) in rows.iter().enumerate() {
+                let hit = triangle::intersect(ray, tree.corners_of(first, n_prims, i));
                 keep(hit.map(|hit| Hit::of_triangle(&hit, row as usize)), ray);
             }
         }
@@ -158,8 +158,8 @@ fn any_in_leaf(tree: &WideTree, world: &World, ray: &PreparedRay, leaf: Entry, n
     // Loops rather than `any`: its closures are not always inlined, and must be, to be compiled for the batch's ISA.
     match leaf.tag.kind() {
         PrimKind::Triangle => {
-            for corners in &tree.corners[rows] {
-                if triangle::occludes(ray, *corners) {
+            for i in 0..n_prims {
+                if triangle::occludes(ray, tree.corners_of(rows.start, n_prims, i)) {
                     return true;
                 }
             }

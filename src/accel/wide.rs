@@ -1,12 +1,21 @@
 //! The tree that rays walk: nodes of eight children, leaves of one kind.
 
+use glam::Vec3;
+
 use super::slab::{Slabs, WIDTH};
 use crate::world::{Bounds, PrimKind, PrimRef};
 
 /// Primitives in a leaf at most.
 pub const MAX_LEAF: usize = 8;
 
+/// Coordinates of a triangle.
+pub const N_COORDINATES: usize = 9;
+
 /// A node: eight boxes and what lies in them.
+///
+/// Slots are places in space: bit k of a slot's number is set when the child lies more to the positive side of axis k than
+/// its siblings do. A ray whose octant has bit k set where it runs down axis k meets the children about in the order of
+/// slot XOR octant.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct WideNode {
@@ -79,13 +88,16 @@ pub struct Entry {
 }
 
 /// A finished tree. A leaf of triangles is a run of `corners` and `triangle_rows`, any other leaf a run of `prims`.
-/// Corners are copied into leaf order, so that a leaf reads one run of memory.
+///
+/// Corners are copied into leaf order, so that a leaf reads one run of memory. A leaf of n triangles, the first being
+/// number f, is nine columns of n coordinates, from 9·f on: ax ay az bx by bz cx cy cz. Columns are not padded: eight
+/// lanes are read at once, and those beyond n are other coordinates, which no answer looks at.
 #[derive(Clone, Debug, Default)]
 pub struct WideTree {
     /// Nodes; the root is the first. Empty when there is nothing bounded.
     pub nodes: Vec<WideNode>,
-    /// Corners of triangles in leaf order.
-    pub corners: Vec<[glam::Vec3; 3]>,
+    /// Corners of triangles, in columns leaf by leaf; [`MAX_LEAF`] zeros stand behind the last.
+    pub corners: Vec<f32>,
     /// Their rows.
     pub triangle_rows: Vec<u32>,
     /// Spheres and quadrics in leaf order.
@@ -117,16 +129,23 @@ impl WideNode {
 
     /// The box of a slot in use.
     pub fn bounds(&self, slot: usize) -> Bounds {
-        let corner = |planes: &[[f32; WIDTH]; 3]| glam::Vec3::from_array(planes.map(|plane| plane[slot]));
+        let corner = |planes: &[[f32; WIDTH]; 3]| Vec3::from_array(planes.map(|plane| plane[slot]));
         Bounds { lo: corner(&self.slabs.lo), hi: corner(&self.slabs.hi) }
     }
 }
 
 impl WideTree {
+    /// The corners of triangle `i` of a leaf.
+    #[inline(always)]
+    pub fn corners_of(&self, first: usize, n_prims: usize, i: usize) -> [Vec3; 3] {
+        let column = |c: usize| self.corners[N_COORDINATES * first + c * n_prims + i];
+        [0, 3, 6].map(|c| Vec3::new(column(c), column(c + 1), column(c + 2)))
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         self.nodes.len() * size_of::<WideNode>()
-            + self.corners.len() * size_of::<[glam::Vec3; 3]>()
+            + self.corners.len() * size_of::<f32>()
             + self.triangle_rows.len() * size_of::<u32>()
             + self.prims.len() * size_of::<PrimRef>()
     }
