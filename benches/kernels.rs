@@ -13,7 +13,7 @@ use flatray::measure::generate::hash_unit;
 use flatray::numeric::prepared::PreparedRay;
 use flatray::numeric::quadric::Quadric;
 use flatray::numeric::{quadric, sphere, tally, triangle};
-use flatray::simd::{Batch, Isa};
+use flatray::simd::{Batch, Isa, Simd};
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 const N_RAYS: usize = 4096;
@@ -127,7 +127,7 @@ macro_rules! batch {
 
         impl Batch for $name<'_> {
             #[inline(always)]
-            fn run(self) {
+            fn run<S: Simd>(self, _simd: S) {
                 let $row = black_box(self.row);
                 for $ray in self.rays {
                     *self.hits += usize::from($test);

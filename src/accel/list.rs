@@ -75,7 +75,7 @@ impl WideTree {
         while let Some((index, depth)) = stack.pop() {
             self.depth = self.depth.max(depth);
             let node = &self.nodes[index as usize];
-            let inner = node.slots().filter(|&slot| node.tag[slot] == Tag::NODE);
+            let inner = node.slots().filter(|&slot| node.tag(slot) == Tag::NODE);
             stack.extend(inner.map(|slot| (node.child[slot], depth + 1)));
         }
     }

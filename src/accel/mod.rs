@@ -5,20 +5,26 @@
 
 mod build;
 mod collapse;
+mod describe;
 mod duplicate;
+mod leaf;
 mod linear;
 mod list;
+mod order;
 mod single;
 mod slab;
 mod sliver;
+mod walk;
 mod wide;
 
 use rayon::prelude::*;
 
 use crate::numeric::prepared::PreparedRay;
-use crate::simd::{Batch, Isa};
+use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
+use leaf::{Any, Closest};
 use single::Stack;
+use walk::Walk;
 use wide::WideTree;
 
 /// How to find hits.
@@ -156,12 +162,13 @@ impl Accel {
         self.isa.dispatch(Occlusions { accel: self, world, rays, occluded });
     }
 
-    /// The closest hit outside of the tree; the ray is cut behind it.
+    /// The closest hit outside of the tree.
     #[inline(always)]
-    fn closest_unbounded(&self, world: &World, ray: &mut PreparedRay) -> Hit {
+    fn closest_unbounded(&self, world: &World, ray: &PreparedRay) -> Hit {
         let mut best = Hit::MISS;
+        let mut ray = *ray;
         for prim in &self.unbounded {
-            if let Some(found) = prim.intersect(world, ray).filter(|found| found.is_before(&best)) {
+            if let Some(found) = prim.intersect(world, &ray).filter(|found| found.is_before(&best)) {
                 best = found;
                 ray.t_max = ray.t_max.min(found.t.next_up());
             }
@@ -221,19 +228,23 @@ struct ClosestHits<'a> {
 
 impl Batch for ClosestHits<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         let ClosestHits { accel, world, rays, hits } = self;
-        let mut stack = Stack::new(&accel.tree);
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = match (ray.prepare(), accel.kind) {
-                (None, _) => Hit::MISS,
-                (Some(ray), AccelKind::Linear) => linear::closest_hit(world, &ray),
-                (Some(mut ray), AccelKind::Bvh) => {
-                    let best = accel.closest_unbounded(world, &mut ray);
-                    single::closest_hit(&accel.tree, world, &mut ray, &mut stack, best)
+        let tree = &accel.tree;
+        let mut stack = Stack::new(tree);
+        let mut undescribed = Vec::with_capacity(rays.len());
+        for (ray_idx, ray) in rays.iter().enumerate() {
+            match (ray.prepare(), accel.kind) {
+                (None, _) => hits[ray_idx] = Hit::MISS,
+                (Some(ray), AccelKind::Linear) => hits[ray_idx] = linear::closest_hit(world, &ray),
+                (Some(ray), AccelKind::Bvh) => {
+                    let mut walk = Walk::new(ray, accel.closest_unbounded(world, &ray));
+                    single::traverse::<S, Closest>(simd, tree, world, &mut walk, &mut stack);
+                    describe::finish(&walk, ray_idx, hits, &mut undescribed);
                 }
             };
         }
+        describe::describe_all(simd, tree, rays, &undescribed, hits);
     }
 }
 
@@ -247,7 +258,7 @@ struct Occlusions<'a> {
 
 impl Batch for Occlusions<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         let Occlusions { accel, world, rays, occluded } = self;
         let mut stack = Stack::new(&accel.tree);
         for (ray, answer) in rays.iter().zip(occluded) {
@@ -255,8 +266,10 @@ impl Batch for Occlusions<'_> {
                 (None, _) => false,
                 (Some(ray), AccelKind::Linear) => linear::occluded(world, &ray),
                 (Some(ray), AccelKind::Bvh) => {
-                    accel.unbounded.iter().any(|prim| prim.intersect(world, &ray).is_some())
-                        || single::occluded(&accel.tree, world, &ray, &mut stack)
+                    accel.unbounded.iter().any(|prim| prim.intersect(world, &ray).is_some()) || {
+                        let mut walk = Walk::new(ray, Hit::MISS);
+                        single::traverse::<S, Any>(simd, &accel.tree, world, &mut walk, &mut stack)
+                    }
                 }
             };
         }

@@ -7,46 +7,44 @@
 
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
+use crate::simd::{F32Lanes, MaskLanes, Simd};
 
 /// Children of a node.
-pub const WIDTH: usize = 8;
+pub const WIDTH: usize = crate::simd::WIDTH;
 
 /// Boxes of up to eight children, one array per plane; unused slots have lo = ∞, hi = −∞ and are never hit.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Slabs {
-    /// Lower planes, by axis.
-    pub lo: [[f32; WIDTH]; 3],
-    /// Upper planes, by axis.
-    pub hi: [[f32; WIDTH]; 3],
+    /// Lower planes by axis, then upper planes by axis.
+    pub planes: [[f32; WIDTH]; 6],
 }
 
-/// Relative margin of the inverse direction: 2⁻²¹ covers two roundings of 2⁻²⁴ each and that of the inverse itself.
+/// Relative margin of the inverse direction: 2⁻²¹ covers three roundings of 2⁻²⁴ each: of the inverse itself, of the
+/// subtraction and of the product.
 const INVERSE_MARGIN: f64 = 1.0 / (1 << 21) as f64;
 
 /// A ray as the box test wants it.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
+    /// Plane by which the ray enters and leaves, by axis.
+    near_plane: [u8; 3],
+    far_plane: [u8; 3],
     near_origin: [f32; 3],
     far_origin: [f32; 3],
     near_inverse: [f32; 3],
     far_inverse: [f32; 3],
-    negative: [bool; 3],
     t_min: f32,
-}
-
-/// Which boxes are hit, and from where on.
-#[derive(Clone, Copy, Debug)]
-pub struct SlabHits {
-    /// Lower bounds of the parameters at which the ray enters.
-    pub t_near: [f32; WIDTH],
-    /// Bit i is set when box i may hold a point of the ray.
-    pub mask: u32,
+    /// Bit k is set where the ray runs down axis k.
+    pub octant: u8,
 }
 
 impl Slabs {
     /// Eight unused slots.
-    pub const EMPTY: Slabs = Slabs { lo: [[f32::INFINITY; WIDTH]; 3], hi: [[f32::NEG_INFINITY; WIDTH]; 3] };
+    pub const EMPTY: Slabs = {
+        let (lo, hi) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+        Slabs { planes: [lo, lo, lo, hi, hi, hi] }
+    };
 }
 
 impl SlabRay {
@@ -54,12 +52,15 @@ impl SlabRay {
     #[inline(always)]
     pub fn new(ray: &PreparedRay) -> SlabRay {
         let mut slab_ray = SlabRay {
+            near_plane: [0; 3],
+            far_plane: [0; 3],
             near_origin: [0.0; 3],
             far_origin: [0.0; 3],
             near_inverse: [0.0; 3],
             far_inverse: [0.0; 3],
-            negative: [false; 3],
-            t_min: f32_at_most(ray.t_min),
+            // −0.0 would make a key that is greater than all others.
+            t_min: f32_at_most(ray.t_min) + 0.0,
+            octant: 0,
         };
         for axis in 0..3 {
             // −0.0 becomes 0.0, so that a parallel ray is treated as running upwards on every axis.
@@ -71,7 +72,10 @@ impl SlabRay {
             let near = f32_at_most(size * (1.0 - INVERSE_MARGIN)).min(f32::MAX);
             let far = f32_at_least(size * (1.0 + INVERSE_MARGIN));
             let negative = direction < 0.0;
-            slab_ray.negative[axis] = negative;
+            let bit = u8::from(negative);
+            slab_ray.octant |= bit << axis;
+            slab_ray.near_plane[axis] = axis as u8 + 3 * bit;
+            slab_ray.far_plane[axis] = axis as u8 + 3 * (1 - bit);
             slab_ray.near_origin[axis] = if negative { down } else { up };
             slab_ray.far_origin[axis] = if negative { up } else { down };
             slab_ray.near_inverse[axis] = if negative { -near } else { near };
@@ -80,52 +84,46 @@ impl SlabRay {
         slab_ray
     }
 
-    /// Tests eight boxes against the part of the ray up to `t_max`, which must be rounded upwards.
+    /// Tests eight boxes against the part of the ray up to `t_max`, which must be rounded upwards. The answer is, for each
+    /// box, a lower bound of the parameter at which the ray enters it, and a bit that is set when it may hold a point of
+    /// the ray.
     #[inline(always)]
-    pub fn hits(&self, slabs: &Slabs, t_max: f32) -> SlabHits {
-        let mut t_near = [self.t_min; WIDTH];
-        let mut t_far = [t_max; WIDTH];
+    pub fn hits<S: Simd>(&self, simd: S, slabs: &Slabs, t_max: f32) -> (S::F32, u32) {
+        // The smallest normal number covers products that underflow.
+        let underflow = simd.splat(f32::MIN_POSITIVE);
+        let mut t_near = simd.splat(self.t_min);
+        let mut t_far = simd.splat(t_max);
         for axis in 0..3 {
-            let (near, far) = match self.negative[axis] {
-                true => (&slabs.hi[axis], &slabs.lo[axis]),
-                false => (&slabs.lo[axis], &slabs.hi[axis]),
-            };
-            let (near_origin, near_inverse) = (self.near_origin[axis], self.near_inverse[axis]);
-            let (far_origin, far_inverse) = (self.far_origin[axis], self.far_inverse[axis]);
-            for i in 0..WIDTH {
-                let enter = (near[i] - near_origin) * near_inverse;
-                let leave = (far[i] - far_origin) * far_inverse;
-                // Ordered so that a NaN leaves the bound as it is.
-                t_near[i] = if enter > t_near[i] { enter } else { t_near[i] };
-                t_far[i] = if leave < t_far[i] { leave } else { t_far[i] };
-            }
+            let near = simd.load(&slabs.planes[self.near_plane[axis] as usize % 6]);
+            let far = simd.load(&slabs.planes[self.far_plane[axis] as usize % 6]);
+            let enter = (near - simd.splat(self.near_origin[axis])) * simd.splat(self.near_inverse[axis]);
+            let leave = (far - simd.splat(self.far_origin[axis])).mul_add(simd.splat(self.far_inverse[axis]), underflow);
+            // A NaN leaves the bound as it is.
+            t_near = enter.max(t_near);
+            t_far = leave.min(t_far);
         }
-        let mut mask = 0;
-        for i in 0..WIDTH {
-            // The smallest normal number covers products that underflow.
-            mask |= u32::from(t_near[i] <= t_far[i] + f32::MIN_POSITIVE) << i;
-        }
-        SlabHits { t_near, mask }
+        (t_near, t_near.le(t_far).bits())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Portable;
     use glam::{DVec3, dvec3};
 
     fn slabs(lo: [f32; 3], hi: [f32; 3]) -> Slabs {
         let mut slabs = Slabs::EMPTY;
         for axis in 0..3 {
-            slabs.lo[axis][3] = lo[axis];
-            slabs.hi[axis][3] = hi[axis];
+            slabs.planes[axis][3] = lo[axis];
+            slabs.planes[3 + axis][3] = hi[axis];
         }
         slabs
     }
 
     fn mask(origin: DVec3, direction: DVec3, slabs: &Slabs) -> u32 {
         let ray = PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap();
-        SlabRay::new(&ray).hits(slabs, f32::INFINITY).mask
+        SlabRay::new(&ray).hits(Portable, slabs, f32::INFINITY).1
     }
 
     #[test]

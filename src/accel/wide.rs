@@ -23,8 +23,8 @@ pub struct WideNode {
     pub slabs: Slabs,
     /// Index of a child node, or of the first row of a leaf.
     pub child: [u32; WIDTH],
-    /// What the children are.
-    pub tag: [Tag; WIDTH],
+    /// What the children are: bits of their [`Tag`]s.
+    tag_bits: [u8; WIDTH],
 }
 
 const _: () = assert!(size_of::<WideNode>() == 256);
@@ -45,6 +45,12 @@ impl Tag {
     pub fn leaf(kind: PrimKind, n_prims: usize) -> Tag {
         debug_assert!((1..=MAX_LEAF).contains(&n_prims));
         Tag((kind as u8) << 4 | n_prims as u8)
+    }
+
+    /// The tag of its bits.
+    #[inline]
+    pub fn from_bits(bits: u8) -> Tag {
+        Tag(bits)
     }
 
     /// The same leaf, known to stand in several nodes.
@@ -110,27 +116,38 @@ pub struct WideTree {
 
 impl WideNode {
     /// A node of unused slots.
-    pub const EMPTY: WideNode = WideNode { slabs: Slabs::EMPTY, child: [0; WIDTH], tag: [Tag::NODE; WIDTH] };
+    pub const EMPTY: WideNode = WideNode { slabs: Slabs::EMPTY, child: [0; WIDTH], tag_bits: [0; WIDTH] };
 
     /// Fills a slot.
     pub fn set(&mut self, slot: usize, entry: &Entry) {
         for axis in 0..3 {
-            self.slabs.lo[axis][slot] = entry.bounds.lo[axis];
-            self.slabs.hi[axis][slot] = entry.bounds.hi[axis];
+            self.slabs.planes[axis][slot] = entry.bounds.lo[axis];
+            self.slabs.planes[3 + axis][slot] = entry.bounds.hi[axis];
         }
         self.child[slot] = entry.child;
-        self.tag[slot] = entry.tag;
+        self.tag_bits[slot] = entry.tag.0;
     }
 
     /// Slots in use.
     pub fn slots(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..WIDTH).filter(|&slot| self.slabs.lo[0][slot] <= self.slabs.hi[0][slot])
+        (0..WIDTH).filter(|&slot| self.slabs.planes[0][slot] <= self.slabs.planes[3][slot])
+    }
+
+    /// What a slot holds.
+    pub fn tag(&self, slot: usize) -> Tag {
+        Tag(self.tag_bits[slot])
+    }
+
+    /// The bits of all tags.
+    #[inline(always)]
+    pub fn tag_bits(&self) -> &[u8; WIDTH] {
+        &self.tag_bits
     }
 
     /// The box of a slot in use.
     pub fn bounds(&self, slot: usize) -> Bounds {
-        let corner = |planes: &[[f32; WIDTH]; 3]| Vec3::from_array(planes.map(|plane| plane[slot]));
-        Bounds { lo: corner(&self.slabs.lo), hi: corner(&self.slabs.hi) }
+        let [x0, y0, z0, x1, y1, z1] = self.slabs.planes.map(|plane| plane[slot]);
+        Bounds { lo: Vec3::new(x0, y0, z0), hi: Vec3::new(x1, y1, z1) }
     }
 }
 
@@ -162,7 +179,7 @@ impl WideTree {
         let mut n_leaves = 0;
         let mut cost = root_area;
         for (node, slot) in self.nodes.iter().flat_map(|node| node.slots().map(move |slot| (node, slot))) {
-            let n_prims = node.tag[slot].n_prims();
+            let n_prims = node.tag(slot).n_prims();
             n_leaves += usize::from(n_prims > 0);
             cost += area(node.bounds(slot)) * n_prims.max(1) as f64;
         }

@@ -9,17 +9,22 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::DVec3;
 
-/// `hi + lo` with |lo| at most half an ulp of `hi`.
+use crate::simd::F64Lanes;
+
+/// `hi + lo` with |lo| at most half an ulp of `hi`; of one number, or of several in lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Double {
+pub struct Double<F = f64> {
     /// The value rounded to f64.
-    pub hi: f64,
+    pub hi: F,
     /// What rounding lost.
-    pub lo: f64,
+    pub lo: F,
 }
 
 /// u², the unit in which errors of this arithmetic are stated.
 pub const U2: f64 = super::U * super::U;
+
+/// Relative error of [`Double::quotient`]: 20u², and the rest for the third order.
+pub const QUOTIENT_ERROR: f64 = 24.0 * U2;
 
 /// Whether `x` is zero or of a magnitude between 2⁻¹⁵⁰ and 2¹⁵⁰. A tame number is a multiple of 2⁻²⁰², so products of
 /// up to four tame numbers, and of their sums, neither overflow nor lose a bit to underflow.
@@ -39,7 +44,7 @@ pub fn is_tame3(v: DVec3) -> bool {
 
 /// a + b without error (Knuth, TAOCP 2, 4.2.2, Theorem B).
 #[inline(always)]
-pub fn two_sum(a: f64, b: f64) -> Double {
+pub fn two_sum<F: F64Lanes>(a: F, b: F) -> Double<F> {
     let hi = a + b;
     let b_part = hi - a;
     let a_part = hi - b_part;
@@ -48,16 +53,29 @@ pub fn two_sum(a: f64, b: f64) -> Double {
 
 /// a + b without error when |a| ≥ |b| or a = 0 (Dekker 1971).
 #[inline(always)]
-fn fast_two_sum(a: f64, b: f64) -> Double {
+pub fn fast_two_sum<F: F64Lanes>(a: F, b: F) -> Double<F> {
     let hi = a + b;
     Double { hi, lo: b - (hi - a) }
 }
 
 /// a · b without error.
 #[inline(always)]
-pub fn two_product(a: f64, b: f64) -> Double {
+pub fn two_product<F: F64Lanes>(a: F, b: F) -> Double<F> {
     let hi = a * b;
     Double { hi, lo: a.mul_add(b, -hi) }
+}
+
+impl<F: F64Lanes> Double<F> {
+    /// The quotient; error below [`QUOTIENT_ERROR`] of the result. Long division with two digits, both by one reciprocal.
+    /// The first digit is within 2u. What it leaves, 4u of the dividend at most, costs 8u² to compute; multiplying it by the
+    /// reciprocal 8u², and leaving out the divisor's `lo` there 4u².
+    #[inline(always)]
+    pub fn quotient(self, divisor: Double<F>) -> Double<F> {
+        let reciprocal = self.hi.same(1.0) / divisor.hi;
+        let first = self.hi * reciprocal;
+        let rest = (-first).mul_add(divisor.hi, self.hi) + (-first).mul_add(divisor.lo, self.lo);
+        fast_two_sum(first, rest * reciprocal)
+    }
 }
 
 impl Double {
@@ -75,14 +93,6 @@ impl Double {
     pub fn scale(self, factor: f64) -> Double {
         let p = two_product(self.hi, factor);
         fast_two_sum(p.hi, self.lo.mul_add(factor, p.lo))
-    }
-
-    /// The quotient; error a few u² of the result (long division with two digits).
-    #[inline(always)]
-    pub fn quotient(self, divisor: Double) -> Double {
-        let first = self.hi / divisor.hi;
-        let rest = self - divisor.scale(first);
-        fast_two_sum(first, rest.hi / divisor.hi)
     }
 
     /// The square root of a positive number; error below 4u² of the result (one Newton step from the f64 root).

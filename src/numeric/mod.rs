@@ -6,6 +6,9 @@
 
 pub mod double;
 pub mod dyadic;
+pub mod edge;
+pub mod lane;
+pub mod plane;
 pub mod prepared;
 pub mod quadratic;
 pub mod quadric;

@@ -1,6 +1,6 @@
 //! A certified quotient inside an interval: the ray parameter of every hit is one.
 
-use super::double::{Double, U2};
+use super::double::{Double, QUOTIENT_ERROR, U2};
 
 /// A coefficient and a bound of its absolute error.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +70,7 @@ pub fn ratio_inside(n: Bounded, d: Bounded, t_min: f64, t_max: f64) -> Ratio {
     }
     let quotient = n.value.quotient(d.value);
     let t = quotient.hi;
-    let relative_error = n.error / n_hi.abs() + d.error / d_hi.abs() + 8.0 * U2;
+    let relative_error = n.error / n_hi.abs() + d.error / d_hi.abs() + QUOTIENT_ERROR;
     if relative_error <= ACCEPTED_RELATIVE_ERROR {
         let inside = t > t_min && t < t_max;
         return if inside { Ratio::Inside(Parameter::new(t, quotient.lo)) } else { Ratio::Outside };
@@ -82,7 +82,7 @@ pub fn ratio_inside(n: Bounded, d: Bounded, t_min: f64, t_max: f64) -> Ratio {
 }
 
 /// An accepted quotient is wrong by less than this share of itself before it is rounded: a quarter of an ulp at most.
-const ACCEPTED_RELATIVE_ERROR: f64 = super::U / 2.0;
+pub const ACCEPTED_RELATIVE_ERROR: f64 = super::U / 2.0;
 
 /// Bounds are derived to first order; this covers the products of errors and the rounding of the bound itself, as
 /// long as relative errors are below 2⁻¹⁰, which the tests for acceptance imply.

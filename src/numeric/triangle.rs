@@ -10,6 +10,8 @@ use glam::{DVec3, Vec3};
 use super::U;
 use super::double::{Double3, two_product, two_sum};
 use super::dyadic::Dyadic;
+use super::edge::{Sheared, shear};
+use super::plane::{Pair, Quotient, plane_quotient};
 use super::prepared::{PreparedRay, Shear};
 use super::ratio::{Bounded, Parameter, Ratio, ratio_inside};
 use super::tally::count_exact_test;
@@ -25,16 +27,13 @@ pub struct TriangleHit {
     pub v: f64,
 }
 
-/// The first-order error of an edge function is below 16·u·m·(m + Z), where m is the largest sheared coordinate and Z
-/// the largest depth (`docs/NUMERICS.md`); the rest covers the second order and the rounding of the bound.
-const EDGE_ERROR: f64 = 16.5 * U;
-
 /// The hit of a ray with a triangle of finite corners, if its parameter lies in the ray's open interval.
 ///
 /// Edges and corners belong to the triangle; a ray in its plane misses.
 #[inline(always)]
 pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
-    match edges(ray, corners) {
+    let pair = pair(ray, corners);
+    match edges(&pair) {
         Edges::Outside => None,
         Edges::Uncertain => intersect_exact(ray, corners),
         Edges::Inside(inside) => {
@@ -42,7 +41,7 @@ pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
             if t_low >= ray.t_max {
                 return None;
             }
-            match depth(ray, corners) {
+            match depth(ray, &pair) {
                 Ratio::Inside(at) => Some(TriangleHit { at, u: inside.u, v: inside.v }),
                 Ratio::Outside => None,
                 Ratio::Uncertain => intersect_exact(ray, corners),
@@ -55,7 +54,8 @@ pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
 /// the interval or outside.
 #[inline(always)]
 pub fn occludes(ray: &PreparedRay, corners: [Vec3; 3]) -> bool {
-    match edges(ray, corners) {
+    let pair = pair(ray, corners);
+    match edges(&pair) {
         Edges::Outside => false,
         Edges::Uncertain => intersect_exact(ray, corners).is_some(),
         Edges::Inside(inside) => {
@@ -64,7 +64,7 @@ pub fn occludes(ray: &PreparedRay, corners: [Vec3; 3]) -> bool {
                 return false;
             }
             (t_low > ray.t_min && t_high < ray.t_max)
-                || match depth(ray, corners) {
+                || match depth(ray, &pair) {
                     Ratio::Inside(_) => true,
                     Ratio::Outside => false,
                     Ratio::Uncertain => intersect_exact(ray, corners).is_some(),
@@ -94,8 +94,8 @@ struct Inside {
 }
 
 impl Inside {
-    /// An interval around the exact parameter, wide enough to hold what [`depth`] rounds it to. NaN when something
-    /// overflowed: it then decides nothing.
+    /// An interval around the exact parameter, wide enough to hold what it is rounded to. NaN or infinite where it
+    /// cannot be known: it then decides nothing.
     #[inline(always)]
     fn t_range(&self, ray: &PreparedRay) -> (f64, f64) {
         let direction = ray.direction[ray.shear.axes[2]];
@@ -106,20 +106,28 @@ impl Inside {
 }
 
 /// The edge functions opposite the first, second and third corner, and what each may be wrong by.
-///
-/// (Spelled out: closures over arrays are not always inlined, and a call here costs a third.)
+pub(crate) fn edge_functions(ray: &PreparedRay, corners: [Vec3; 3]) -> ([f64; 3], f64) {
+    let Sheared { weights, error, .. } = shear(&pair(ray, corners));
+    (weights, error)
+}
+
+/// The ray and a triangle in the ray's axes.
 #[inline(always)]
-pub(crate) fn edge_functions(ray: &PreparedRay, [a, b, c]: [Vec3; 3]) -> ([f64; 3], f64) {
-    let (a, b, c) = (sheared(ray, a), sheared(ray, b), sheared(ray, c));
-    let weights = [b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x];
-    let largest = a.abs().max(b.abs()).max(c.abs());
-    let m = largest.x.max(largest.y);
-    (weights, EDGE_ERROR * m * (m + largest.z) + f64::MIN_POSITIVE)
+fn pair(ray: &PreparedRay, corners: [Vec3; 3]) -> Pair<f64> {
+    let Shear { axes: [x, y, z], slope } = ray.shear;
+    let (o, d) = (ray.origin, ray.direction);
+    let corner = |c: Vec3| [f64::from(c[x]), f64::from(c[y]), f64::from(c[z])];
+    Pair {
+        origin: [o[x], o[y], o[z]],
+        direction: [d[x], d[y], d[z]],
+        slope,
+        corners: [corner(corners[0]), corner(corners[1]), corner(corners[2])],
+    }
 }
 
 #[inline(always)]
-fn edges(ray: &PreparedRay, corners: [Vec3; 3]) -> Edges {
-    let ([weight_a, weight_b, weight_c], error) = edge_functions(ray, corners);
+fn edges(pair: &Pair<f64>) -> Edges {
+    let Sheared { weights: [weight_a, weight_b, weight_c], error, depths: [a, b, c], largest_depth } = shear(pair);
 
     // Certain of opposite signs: outside, whatever the third is.
     let any_positive = (weight_a > error) | (weight_b > error) | (weight_c > error);
@@ -135,35 +143,27 @@ fn edges(ray: &PreparedRay, corners: [Vec3; 3]) -> Edges {
     // Inside: interpolate the depth from the first corner on, so that its error is a share of the differences.
     let reciprocal = 1.0 / (weight_a + weight_b + weight_c);
     let (u, v) = (weight_b * reciprocal, weight_c * reciprocal);
-    let depth = |corner: Vec3| sheared(ray, corner).z;
-    let (a, b, c) = (depth(corners[0]), depth(corners[1]), depth(corners[2]));
     let (to_b, to_c) = (b - a, c - a);
     let z = a + (u * to_b + v * to_c);
-    let weight_error = 4.5 * error * reciprocal.abs() + 12.0 * U;
-    let z_error = weight_error * (to_b.abs() + to_c.abs()) + 8.0 * U * a.abs().max(b.abs()).max(c.abs());
+    let share = error * reciprocal.abs();
+    let weight_error = if share < LARGEST_SHARE { 4.5 * share + 12.0 * U } else { f64::INFINITY };
+    let z_error = weight_error * (to_b.abs() + to_c.abs()) + 8.0 * U * largest_depth;
     Edges::Inside(Inside { u, v, z, z_error })
 }
 
-/// A corner seen from the origin, sheared so that the ray runs along z.
-#[inline(always)]
-fn sheared(ray: &PreparedRay, corner: Vec3) -> DVec3 {
-    let Shear { axes: [kx, ky, kz], slope: [sx, sy] } = ray.shear;
-    let p = (corner.as_dvec3() - ray.origin).to_array();
-    DVec3::new(p[kx] - sx * p[kz], p[ky] - sy * p[kz], p[kz])
-}
+/// Up to this share of their sum the weights' error may be for first-order bounds of quotients of them to hold, with an
+/// eighth to spare.
+pub const LARGEST_SHARE: f64 = 1.0 / 32.0;
 
-/// t = n·(a − o) / n·d in double-double.
+/// t = n·(a − o) / n·d.
 #[inline(always)]
-fn depth(ray: &PreparedRay, corners: [Vec3; 3]) -> Ratio {
-    let (a, b, c) = (corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3());
-    let Some(n) = exact_edges(a, b, c).filter(|_| ray.tame).map(|(e, f)| cross(e, f)) else {
+fn depth(ray: &PreparedRay, pair: &Pair<f64>) -> Ratio {
+    if !ray.tame {
         return Ratio::Uncertain;
-    };
-    let to_plane = Double3::difference(a, ray.origin);
-    let size = n.hi().abs();
-    let numerator = Bounded::new(n.dot(&to_plane), 15.0, size.dot(to_plane.hi().abs()));
-    let denominator = Bounded::new(n.dot_f64(ray.direction), 12.0, size.dot(ray.direction.abs()));
-    ratio_inside(numerator, denominator, ray.t_min, ray.t_max)
+    }
+    let Quotient { n, n_error, d, d_error } = plane_quotient(pair);
+    let (n, d) = (Bounded { value: n, error: n_error }, Bounded { value: d, error: d_error });
+    ratio_inside(n, d, ray.t_min, ray.t_max)
 }
 
 /// The edges from the first corner, if f64 holds them exactly; it does unless their exponents lie far apart.

@@ -1,10 +1,27 @@
-//! Instruction sets: which the processor has, and running a batch with one of them.
+//! Instruction sets: which the processor has, running a batch with one of them, and lanes of numbers.
 //!
-//! A batch is dispatched once. Everything below is ordinary code that the compiler compiles again for each set, so the
-//! arithmetic is the same operations in the same order, and the bits are the same: fused multiply-adds are correctly
-//! rounded with and without hardware, and nothing is contracted.
+//! A batch is dispatched once and is handed a proof of the set it was dispatched with. Kernels are generic over that
+//! proof, and only through it can lanes be made, so that lanes of a set exist only where the processor has it.
+//!
+//! Lanes of f64 do the same operations in the same order on every set, so bits are the same: fused multiply-adds are
+//! correctly rounded with and without hardware, and nothing is contracted. Lanes of f32 only decide what their error
+//! bounds make certain; [`F32Lanes::mul_add`] may round twice where the processor has no fused one.
 
 #![allow(unsafe_code)]
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod portable;
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+pub use portable::Portable;
+
+/// Lanes of f32.
+pub const WIDTH: usize = 8;
+
+/// Lanes of f64.
+pub const WIDTH64: usize = 4;
 
 /// An instruction set that batches are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,18 +32,122 @@ pub enum Isa {
     Avx2,
 }
 
+/// The proof that the processor has an instruction set, and the way to its lanes.
+pub trait Simd: Copy {
+    /// Eight f32.
+    type F32: F32Lanes;
+    /// Four f64.
+    type F64: F64Lanes;
+
+    /// The same number in all lanes.
+    fn splat(self, x: f32) -> Self::F32;
+
+    /// Eight numbers.
+    fn load(self, from: &[f32; WIDTH]) -> Self::F32;
+
+    /// Columns of eight numbers: column i begins at `base + columns[i] * stride`.
+    ///
+    /// # Panics
+    /// When a column ends beyond the slice, or the stride is above [`WIDTH`].
+    fn load_columns<const N: usize>(
+        self,
+        from: &[f32],
+        base: usize,
+        stride: usize,
+        columns: &[u32; N],
+    ) -> [Self::F32; N];
+
+    /// The same number in all lanes.
+    fn splat64(self, x: f64) -> Self::F64;
+
+    /// Four numbers.
+    fn load64(self, from: &[f64; WIDTH64]) -> Self::F64;
+
+    /// Asks for the memory of a row of a table ahead of time; a row beyond it is nothing to ask for.
+    fn prefetch<T>(self, table: &[T], row: usize);
+
+    /// Packs the keys and values of the lanes that `order` names, in its order, into 64 bits each: the key with its
+    /// last eight bits replaced by `tag`, above `value`. What stands behind the named ones is unspecified.
+    fn pack(self, key: Self::F32, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]);
+}
+
+/// Lanes that a comparison was true in.
+pub trait MaskLanes: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// Bit i for lane i.
+    fn bits(self) -> u32;
+}
+
+/// Eight f32. Comparisons with NaN are false.
+pub trait F32Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Results of comparisons.
+    type Mask: MaskLanes;
+
+    /// `self * factor + summand`, rounded once or twice.
+    fn mul_add(self, factor: Self, summand: Self) -> Self;
+    /// The smaller one; `other` where either is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The larger one; `other` where either is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The magnitude.
+    fn abs(self) -> Self;
+    /// `self < other`.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`.
+    fn le(self, other: Self) -> Self::Mask;
+    /// This where the mask is set, `other` elsewhere.
+    fn select(self, mask: Self::Mask, other: Self) -> Self;
+    /// The lanes.
+    fn to_array(self) -> [f32; WIDTH];
+}
+
+/// One or more f64; a plain f64 is the case of one. All operations are rounded as IEEE 754 says, fused
+/// multiply-adds once.
+pub trait F64Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Results of comparisons.
+    type Mask: MaskLanes;
+
+    /// The same number in all lanes of the same kind as `self`.
+    fn same(self, x: f64) -> Self;
+    /// `self * factor + summand`, rounded once.
+    fn mul_add(self, factor: Self, summand: Self) -> Self;
+    /// The larger one; `other` where either is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The magnitude.
+    fn abs(self) -> Self;
+    /// `self < other`.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`.
+    fn le(self, other: Self) -> Self::Mask;
+    /// The lanes; one number stands in all of them.
+    fn to_array(self) -> [f64; WIDTH64];
+}
+
 /// Work on a batch. Implementations mark `run`, and what it calls in its inner loops, `#[inline(always)]`: only what
 /// is inlined is compiled for the instruction set.
 pub trait Batch {
     /// Does the work.
-    fn run(self);
+    fn run<S: Simd>(self, simd: S);
 }
 
 impl Isa {
     /// The best set that this processor has; found once per process.
     pub fn detect() -> Isa {
         #[cfg(target_arch = "x86_64")]
-        if has_avx2() {
+        if avx2::Avx2::detect().is_some() {
             return Isa::Avx2;
         }
         Isa::Baseline
@@ -40,28 +161,51 @@ impl Isa {
     /// Runs a batch with this set, or with the baseline where the processor lacks it.
     pub fn dispatch<B: Batch>(self, batch: B) {
         #[cfg(target_arch = "x86_64")]
-        if self == Isa::Avx2 && has_avx2() {
-            // SAFETY: the processor was just found to have every feature that `run_avx2` is compiled for.
-            return unsafe { run_avx2(batch) };
+        if self == Isa::Avx2
+            && let Some(avx2) = avx2::Avx2::detect()
+        {
+            return avx2.run(batch);
         }
-        batch.run();
+        batch.run(Portable);
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-fn has_avx2() -> bool {
-    is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("fma")
-        && is_x86_feature_detected!("bmi1")
-        && is_x86_feature_detected!("bmi2")
-        && is_x86_feature_detected!("lzcnt")
-        && is_x86_feature_detected!("popcnt")
+impl F64Lanes for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn same(self, x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: f64, summand: f64) -> f64 {
+        f64::mul_add(self, factor, summand)
+    }
+    #[inline(always)]
+    fn max(self, other: f64) -> f64 {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn abs(self) -> f64 {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: f64) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: f64) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f64; WIDTH64] {
+        [self; WIDTH64]
+    }
 }
 
-/// # Safety
-/// The processor must have the features named here.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn run_avx2<B: Batch>(batch: B) {
-    batch.run();
+impl MaskLanes for bool {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
 }

@@ -1,0 +1,131 @@
+//! The last step of closest hits: parameter and weights of triangles that were certainly hit, four rays at a time.
+
+use super::walk::{Best, Pending, Walk};
+use super::wide::WideTree;
+use crate::numeric::edge::{Sheared, shear};
+use crate::numeric::plane::{Pair, divide, plane_quotient};
+use crate::numeric::prepared::Shear;
+use crate::numeric::ratio::{ACCEPTED_RELATIVE_ERROR, Parameter};
+use crate::numeric::triangle::{self, TriangleHit};
+use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
+use crate::world::{Hit, Ray};
+
+/// A hit that is still to be described.
+#[derive(Clone, Copy, Debug)]
+pub struct Undescribed {
+    /// The ray's place in the batch.
+    pub ray_idx: u32,
+    /// What it hit.
+    pub pending: Pending,
+    /// Its shear.
+    pub shear: Shear,
+    /// Whether its numbers are tame.
+    pub tame: bool,
+}
+
+/// Writes what a walk has found, or notes that it is still to be described.
+#[inline(always)]
+pub fn finish(walk: &Walk, ray_idx: usize, hits: &mut [Hit], undescribed: &mut Vec<Undescribed>) {
+    let Best { hit, pending, .. } = walk.best;
+    match pending {
+        None => hits[ray_idx] = hit,
+        Some(pending) => {
+            let ray_idx = ray_idx as u32;
+            undescribed.push(Undescribed { ray_idx, pending, shear: walk.ray.shear, tame: walk.ray.tame });
+        }
+    }
+}
+
+/// Describes all hits of a batch.
+#[inline(always)]
+pub fn describe_all<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], undescribed: &[Undescribed], hits: &mut [Hit]) {
+    for four in undescribed.chunks(WIDTH64) {
+        describe_four(simd, tree, rays, four, hits);
+    }
+}
+
+/// Coordinates of rays and corners, one array per lane-wide number.
+struct Columns {
+    origin: [[f64; WIDTH64]; 3],
+    direction: [[f64; WIDTH64]; 3],
+    slope: [[f64; WIDTH64]; 2],
+    corners: [[f64; WIDTH64]; 9],
+}
+
+#[inline(always)]
+fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
+    let mut columns = Columns {
+        origin: [[0.0; WIDTH64]; 3],
+        direction: [[0.0; WIDTH64]; 3],
+        slope: [[0.0; WIDTH64]; 2],
+        corners: [[0.0; WIDTH64]; 9],
+    };
+    for lane in 0..WIDTH64 {
+        // Lanes without a ray repeat the last one.
+        let of = &four[lane.min(four.len() - 1)];
+        let Shear { axes, slope } = of.shear;
+        let ray = &rays[of.ray_idx as usize];
+        let Pending { first, n_prims, lane: triangle } = of.pending;
+        let corners = tree.corners_of(first as usize, n_prims.into(), triangle.into());
+        for (i, axis) in axes.into_iter().enumerate() {
+            columns.origin[i][lane] = ray.origin[axis];
+            columns.direction[i][lane] = ray.direction[axis];
+            for (j, corner) in corners.iter().enumerate() {
+                columns.corners[3 * j + i][lane] = f64::from(corner[axis]);
+            }
+        }
+        columns.slope[0][lane] = slope[0];
+        columns.slope[1][lane] = slope[1];
+    }
+    columns
+}
+
+/// The same arithmetic as [`triangle::intersect`], for which the lanes are that are not certain.
+#[inline(always)]
+fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undescribed], hits: &mut [Hit]) {
+    let columns = gather(tree, rays, four);
+    let [ax, ay, az, bx, by, bz, cx, cy, cz] = columns.corners.map(|column| simd.load64(&column));
+    let pair = Pair {
+        origin: columns.origin.map(|column| simd.load64(&column)),
+        direction: columns.direction.map(|column| simd.load64(&column)),
+        slope: columns.slope.map(|column| simd.load64(&column)),
+        corners: [[ax, ay, az], [bx, by, bz], [cx, cy, cz]],
+    };
+
+    // Weights.
+    let Sheared { weights: [weight_a, weight_b, weight_c], error, .. } = shear(&pair);
+    let reciprocal = simd.splat64(1.0) / (weight_a + weight_b + weight_c);
+    let (u, v) = ((weight_b * reciprocal).to_array(), (weight_c * reciprocal).to_array());
+    let certain = error.lt(weight_a.abs()) & error.lt(weight_b.abs()) & error.lt(weight_c.abs());
+
+    // Parameter.
+    let quotient = plane_quotient(&pair);
+    let (at, relative_error) = divide(&quotient);
+    let accepted = quotient.n_error.lt(quotient.n.hi.abs())
+        & quotient.d_error.lt(quotient.d.hi.abs())
+        & relative_error.le(simd.splat64(ACCEPTED_RELATIVE_ERROR));
+    let (t, rest) = (at.hi.to_array(), (at.lo / at.hi).to_array());
+    let right = (certain & accepted).bits();
+
+    for (lane, of) in four.iter().enumerate() {
+        let row = tree.triangle_rows[of.pending.first as usize + usize::from(of.pending.lane)] as usize;
+        let hit = if of.tame && right >> lane & 1 == 1 {
+            let at = Parameter { t: t[lane], t_rest: rest[lane] as f32 };
+            Some(TriangleHit { at, u: u[lane], v: v[lane] })
+        } else {
+            describe_one(tree, &rays[of.ray_idx as usize], of.pending)
+        };
+        // A triangle is only pending when it is certainly hit.
+        debug_assert!(hit.is_some());
+        if let Some(hit) = hit {
+            hits[of.ray_idx as usize] = Hit::of_triangle(&hit, row);
+        }
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn describe_one(tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> Option<TriangleHit> {
+    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
+    triangle::intersect(&ray.prepare()?, corners)
+}

@@ -1,0 +1,159 @@
+//! Tests of whole leaves: one `match` over the kind, then lanes.
+
+use super::walk::{Pending, Walk};
+use super::wide::{N_COORDINATES, Tag, WideTree};
+use crate::numeric::triangle;
+use crate::simd::{F32Lanes, MaskLanes, Simd};
+use crate::world::{Hit, PrimKind, World};
+
+/// What a walk is after.
+pub trait Query {
+    /// Tests a leaf; whether the walk is over.
+    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
+}
+
+/// The closest hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Closest;
+
+/// Any hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Any;
+
+impl Query for Closest {
+    #[inline(always)]
+    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
+        match tag.kind() {
+            PrimKind::Triangle => closest_triangle(simd, tree, walk, first, tag.n_prims()),
+            PrimKind::Sphere => {
+                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                    offer(tree, walk, world.spheres.intersect(prim.row(), &walk.ray));
+                }
+            }
+            PrimKind::Quadric => {
+                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                    offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
+                }
+            }
+        }
+        false
+    }
+}
+
+impl Query for Any {
+    #[inline(always)]
+    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
+        // Loops rather than `any`: its closures are not always inlined, and must be, to be compiled for the batch's ISA.
+        match tag.kind() {
+            PrimKind::Triangle => return any_triangle(simd, tree, walk, first, tag.n_prims()),
+            PrimKind::Sphere => {
+                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                    if world.spheres.intersect(prim.row(), &walk.ray).is_some() {
+                        return true;
+                    }
+                }
+            }
+            PrimKind::Quadric => {
+                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                    if world.quadrics.intersect(prim.row(), &walk.ray).is_some() {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Takes a hit if it is closer than the best.
+#[inline(always)]
+fn offer(tree: &WideTree, walk: &mut Walk, hit: Option<Hit>) {
+    let Some(hit) = hit else { return };
+    settle(tree, walk);
+    if hit.is_before(&walk.best.hit) {
+        walk.keep(hit);
+    }
+}
+
+/// Describes the best hit if it is pending.
+#[inline(always)]
+pub fn settle(tree: &WideTree, walk: &mut Walk) {
+    if let Some(pending) = walk.best.pending
+        && let Some(hit) = describe(tree, walk, pending)
+    {
+        walk.keep(hit);
+    }
+}
+
+/// The hit of a triangle, by itself.
+#[cold]
+#[inline(never)]
+fn describe(tree: &WideTree, walk: &Walk, Pending { first, n_prims, lane }: Pending) -> Option<Hit> {
+    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
+    let hit = triangle::intersect(&walk.ray, corners)?;
+    Some(Hit::of_triangle(&hit, tree.triangle_rows[first as usize + usize::from(lane)] as usize))
+}
+
+#[inline(always)]
+fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, n_prims: usize) {
+    let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
+    let mut open = edges.open() & ((1 << n_prims) - 1);
+    if open == 0 {
+        return;
+    }
+    // Most of what is left lies behind the best hit.
+    let (t_low, t_high) = walk.lane.t_ranges(simd, &edges);
+    let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below));
+    open &= !outside.bits();
+    if open == 0 {
+        return;
+    }
+    let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
+    let certain = edges.certain() & within.bits();
+    let (t_low, t_high) = (t_low.to_array(), t_high.to_array());
+    while open != 0 {
+        let lane = open.trailing_zeros() as usize % crate::simd::WIDTH;
+        open &= open - 1;
+        let candidate = Pending { first, n_prims: n_prims as u8, lane: lane as u8 };
+        let (low, high) = (t_low[lane], t_high[lane]);
+        if certain >> lane & 1 == 1 && (high < walk.best.t_low || low > walk.best.t_high) {
+            if high < walk.best.t_low {
+                walk.keep_pending(candidate, low, high);
+            }
+        } else {
+            let hit = describe(tree, walk, candidate);
+            offer(tree, walk, hit);
+        }
+    }
+}
+
+#[inline(always)]
+fn any_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, n_prims: usize) -> bool {
+    let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
+    let mut open = edges.open() & ((1 << n_prims) - 1);
+    if open == 0 {
+        return false;
+    }
+    let (t_low, t_high) = walk.lane.t_ranges(simd, &edges);
+    let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below));
+    open &= !outside.bits();
+    if open == 0 {
+        return false;
+    }
+    let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
+    open & edges.certain() & within.bits() != 0 || any_by_one(tree, walk, first, n_prims, open)
+}
+
+/// Tests the lanes that f32 left open.
+#[cold]
+#[inline(never)]
+fn any_by_one(tree: &WideTree, walk: &Walk, first: u32, n_prims: usize, mut open: u32) -> bool {
+    while open != 0 {
+        let lane = open.trailing_zeros() as usize;
+        open &= open - 1;
+        if triangle::occludes(&walk.ray, tree.corners_of(first as usize, n_prims, lane)) {
+            return true;
+        }
+    }
+    false
+}

@@ -1,0 +1,94 @@
+//! A ray on its way through the tree, and what it has found so far.
+
+use super::order::Item;
+use super::slab::SlabRay;
+use crate::numeric::lane::LaneRay;
+use crate::numeric::prepared::PreparedRay;
+use crate::numeric::rounding::{f32_at_least, f32_at_most};
+use crate::world::Hit;
+
+/// A ray on its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Walk {
+    /// The ray; its `t_max` is cut behind what was found.
+    pub ray: PreparedRay,
+    /// The same for boxes.
+    pub slab: SlabRay,
+    /// The same for triangles.
+    pub lane: LaneRay,
+    /// The closest so far.
+    pub best: Best,
+    /// `t_max` of the ray, rounded up.
+    pub t_max: f32,
+}
+
+/// The closest hit so far. A triangle that f32 is certain of is only described once the walk is over.
+#[derive(Clone, Copy, Debug)]
+pub struct Best {
+    /// The hit, when nothing is pending.
+    pub hit: Hit,
+    /// The triangle that is certainly hit, and closer than `hit`.
+    pub pending: Option<Pending>,
+    /// Its parameter lies between these.
+    pub t_low: f32,
+    /// See `t_low`.
+    pub t_high: f32,
+}
+
+/// A triangle in a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pending {
+    /// First triangle of the leaf.
+    pub first: u32,
+    /// Triangles in the leaf.
+    pub n_prims: u8,
+    /// Which of them.
+    pub lane: u8,
+}
+
+impl Walk {
+    /// Starts a ray with a hit that it is known to have, if any.
+    #[inline(always)]
+    pub fn new(mut ray: PreparedRay, hit: Hit) -> Walk {
+        if hit.is_some() {
+            ray.t_max = ray.t_max.min(hit.t.next_up());
+        }
+        Walk {
+            slab: SlabRay::new(&ray),
+            lane: LaneRay::new(&ray),
+            best: Best::exact(hit),
+            t_max: f32_at_least(ray.t_max),
+            ray,
+        }
+    }
+
+    /// The largest item that is still worth a visit. A box at exactly the best t may hold a hit of a lower id.
+    #[inline(always)]
+    pub fn limit(&self) -> Item {
+        Item::limit(self.t_max)
+    }
+
+    /// Takes a hit as the best and cuts the ray behind it; the hit itself stays inside, since a tie goes by id.
+    #[inline(always)]
+    pub fn keep(&mut self, hit: Hit) {
+        self.best = Best::exact(hit);
+        self.ray.t_max = self.ray.t_max.min(hit.t.next_up());
+        self.t_max = f32_at_least(self.ray.t_max);
+    }
+
+    /// Takes a triangle as the best whose parameter is only known to lie in an interval.
+    #[inline(always)]
+    pub fn keep_pending(&mut self, pending: Pending, t_low: f32, t_high: f32) {
+        self.best.pending = Some(pending);
+        (self.best.t_low, self.best.t_high) = (t_low, t_high);
+        self.t_max = t_high;
+        self.ray.t_max = f64::from(t_high).next_up();
+    }
+}
+
+impl Best {
+    #[inline(always)]
+    fn exact(hit: Hit) -> Best {
+        Best { hit, pending: None, t_low: f32_at_most(hit.t), t_high: f32_at_least(hit.t) }
+    }
+}

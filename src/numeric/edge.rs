@@ -1,0 +1,43 @@
+//! The edge functions of Woop, Benthin and Wald (2013) in f64, with a bound; for one ray and for lanes of rays.
+
+use super::U;
+use super::plane::Pair;
+use crate::simd::F64Lanes;
+
+/// A triangle seen along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheared<F> {
+    /// The edge functions opposite the first, second and third corner.
+    pub weights: [F; 3],
+    /// What each may be wrong by.
+    pub error: F,
+    /// Depths of the corners along the ray's longest axis, from its origin.
+    pub depths: [F; 3],
+    /// The largest magnitude among them.
+    pub largest_depth: F,
+}
+
+/// The first-order error of an edge function is below 16·u·m·(m + Z), where m is the largest sheared coordinate and Z
+/// the largest depth (`docs/NUMERICS.md`); the rest covers the second order and the rounding of the bound.
+pub const EDGE_ERROR: f64 = 16.5;
+
+/// Shears a triangle so that the ray runs along z, and evaluates its edge functions at the ray.
+///
+/// (Spelled out: closures over arrays are not always inlined, and a call here costs a third.)
+#[inline(always)]
+pub fn shear<F: F64Lanes>(pair: &Pair<F>) -> Sheared<F> {
+    let (a, b, c) = (seen(pair, pair.corners[0]), seen(pair, pair.corners[1]), seen(pair, pair.corners[2]));
+    let weights = [b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0], a[0] * b[1] - a[1] * b[0]];
+    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
+    let (m, largest_depth) = (largest(0).max(largest(1)), largest(2));
+    // The product overflows where those of the edge functions may.
+    let error = m * (m + largest_depth) * m.same(EDGE_ERROR * U) + m.same(f64::MIN_POSITIVE);
+    Sheared { weights, error, depths: [a[2], b[2], c[2]], largest_depth }
+}
+
+/// A corner seen from the origin, sheared so that the ray runs along z.
+#[inline(always)]
+fn seen<F: F64Lanes>(pair: &Pair<F>, corner: [F; 3]) -> [F; 3] {
+    let [x, y, z] = [corner[0] - pair.origin[0], corner[1] - pair.origin[1], corner[2] - pair.origin[2]];
+    [x - pair.slope[0] * z, y - pair.slope[1] * z, z]
+}

@@ -1,0 +1,137 @@
+//! Eight triangles against one ray in f32, certified: what f32 is sure of is decided here, the rest is left open.
+//!
+//! The edge functions are those of [`edge`](super::edge) in f32, where the ray is its f64 self rounded: the slope carries a
+//! rounding anyway, and the origin's is part of the bound. Bounds use the m and Z of each triangle, not of the scene: a
+//! wider one leaves a hundred times as many lanes open.
+
+use super::edge::EDGE_ERROR;
+use super::prepared::PreparedRay;
+use super::rounding::{f32_at_least, f32_at_most};
+use super::triangle::LARGEST_SHARE;
+use crate::simd::{F32Lanes, MaskLanes, Simd};
+
+/// Unit roundoff of f32, 2⁻²⁴.
+const U32: f32 = f32::EPSILON / 2.0;
+
+/// A ray as the lanes want it, in its sheared axes.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneRay {
+    /// Where the nine coordinates of a triangle stand among its columns, corner by corner.
+    pub columns: [u32; 9],
+    /// Origin, rounded.
+    pub origin: [f32; 3],
+    /// Slopes, rounded.
+    pub slope: [f32; 2],
+    /// What the rounding of the origin adds to Z in the bound of an edge function.
+    pub reach: f32,
+    /// What it adds to the error of a depth.
+    pub slack: f32,
+    /// 1 over the direction along the last axis. NaN where f32 cannot hold it well: no interval is then certain.
+    pub reciprocal: f32,
+    /// An f32 above the interval's lower end: what is larger certainly lies inside.
+    pub t_min_above: f32,
+    /// An f32 below it: what is smaller certainly lies outside.
+    pub t_min_below: f32,
+    /// An f32 below the interval's upper end as it was at first.
+    pub t_max_below: f32,
+}
+
+/// Eight triangles seen along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneEdges<F> {
+    weights: [F; 3],
+    error: F,
+    depths: [F; 3],
+    largest_depth: F,
+}
+
+impl LaneRay {
+    /// Rounds a ray.
+    #[inline(always)]
+    pub fn new(ray: &PreparedRay) -> LaneRay {
+        let [x, y, z] = ray.shear.axes;
+        let origin = [ray.origin[x], ray.origin[y], ray.origin[z]];
+        let rounded = origin.map(|o| o as f32);
+        let off = |i: usize| (origin[i] - f64::from(rounded[i])).abs();
+        // Infinite where the origin is beyond f32: every lane is then left open.
+        let residual = off(0).max(off(1)).max(off(2)) as f32 * (1.0 + f32::EPSILON);
+        let reciprocal = (1.0 / ray.direction[z]) as f32;
+        let sound = (SMALLEST_RECIPROCAL..=1.0 / SMALLEST_RECIPROCAL).contains(&reciprocal.abs());
+        let (x, y, z) = (x as u32, y as u32, z as u32);
+        LaneRay {
+            columns: [x, y, z, 3 + x, 3 + y, 3 + z, 6 + x, 6 + y, 6 + z],
+            origin: rounded,
+            slope: ray.shear.slope.map(|slope| slope as f32),
+            reach: residual * (0.5 / U32),
+            slack: 4.0 * residual,
+            reciprocal: if sound { reciprocal } else { f32::NAN },
+            t_min_above: f32_at_least(ray.t_min),
+            t_min_below: f32_at_most(ray.t_min),
+            t_max_below: f32_at_most(ray.t_max),
+        }
+    }
+
+    /// The edge functions of eight triangles whose columns begin at `base` and are `stride` apart.
+    #[inline(always)]
+    pub fn edges<S: Simd>(&self, simd: S, corners: &[f32], base: usize, stride: usize) -> LaneEdges<S::F32> {
+        let [ax, ay, az, bx, by, bz, cx, cy, cz] = simd.load_columns(corners, base, stride, &self.columns);
+        let [ox, oy, oz] = self.origin.map(|o| simd.splat(o));
+        let [sx, sy] = self.slope.map(|s| simd.splat(-s));
+        let (az, bz, cz) = (az - oz, bz - oz, cz - oz);
+        let (ax, ay) = (sx.mul_add(az, ax - ox), sy.mul_add(az, ay - oy));
+        let (bx, by) = (sx.mul_add(bz, bx - ox), sy.mul_add(bz, by - oy));
+        let (cx, cy) = (sx.mul_add(cz, cx - ox), sy.mul_add(cz, cy - oy));
+        let weights = [
+            bx.mul_add(cy, -(by * cx)),
+            cx.mul_add(ay, -(cy * ax)),
+            ax.mul_add(by, -(ay * bx)),
+        ];
+        let m = ax.abs().max(ay.abs()).max(bx.abs().max(by.abs())).max(cx.abs().max(cy.abs()));
+        let largest_depth = az.abs().max(bz.abs()).max(cz.abs());
+        let reach = largest_depth + simd.splat(self.reach);
+        // The product overflows where those of the edge functions may.
+        let error = (m * (m + reach)).mul_add(simd.splat(EDGE_ERROR as f32 * U32), simd.splat(f32::MIN_POSITIVE));
+        LaneEdges { weights, error, depths: [az, bz, cz], largest_depth }
+    }
+
+    /// Intervals around the parameters at which the line meets the triangles, if it does; NaN or infinite where that
+    /// is not certain. They hold what the parameters are rounded to in f64.
+    #[inline(always)]
+    pub fn t_ranges<S: Simd>(&self, simd: S, edges: &LaneEdges<S::F32>) -> (S::F32, S::F32) {
+        let [weight_a, weight_b, weight_c] = edges.weights;
+        let [a, b, c] = edges.depths;
+        let reciprocal = simd.splat(1.0) / (weight_a + weight_b + weight_c);
+        let (to_b, to_c) = (b - a, c - a);
+        let z = a + (weight_b * reciprocal).mul_add(to_b, weight_c * reciprocal * to_c);
+        let share = edges.error * reciprocal.abs();
+        let weight_error = share.mul_add(simd.splat(4.5), simd.splat(12.0 * U32));
+        let known = share.lt(simd.splat(LARGEST_SHARE as f32));
+        let weight_error = weight_error.select(known, simd.splat(f32::INFINITY));
+        let rounding = edges.largest_depth.mul_add(simd.splat(8.0 * U32), simd.splat(self.slack + f32::MIN_POSITIVE));
+        let z_error = weight_error.mul_add(to_b.abs() + to_c.abs(), rounding);
+        let scale = simd.splat(self.reciprocal);
+        let t = z * scale;
+        let error = (z_error * scale.abs()) + t.abs().mul_add(simd.splat(8.0 * U32), simd.splat(f32::MIN_POSITIVE));
+        (t - error, t + error)
+    }
+}
+
+/// Reciprocals between this and its inverse keep their precision in f32, and products with depths their range.
+const SMALLEST_RECIPROCAL: f32 = 1.0 / (1u128 << 100) as f32;
+
+impl<F: F32Lanes> LaneEdges<F> {
+    /// Lanes that the line does not certainly pass outside of: no two edge functions have certain signs that differ.
+    #[inline(always)]
+    pub fn open(&self) -> u32 {
+        let [a, b, c] = self.weights;
+        let outside = self.error.lt(a.max(b).max(c)) & a.min(b).min(c).lt(-self.error);
+        (!outside).bits()
+    }
+
+    /// Lanes in which all three signs are certain; in an open lane the line then certainly passes inside.
+    #[inline(always)]
+    pub fn certain(&self) -> u32 {
+        let [a, b, c] = self.weights;
+        self.error.lt(a.abs().min(b.abs()).min(c.abs())).bits()
+    }
+}

@@ -1,0 +1,295 @@
+//! Lanes of AVX2 with FMA.
+//!
+//! Every intrinsic here needs a feature that [`Avx2::detect`] has found. An [`Avx2`] comes from there alone, and lanes
+//! from an [`Avx2`] or from other lanes: each SAFETY argument below rests on that.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use super::{Batch, F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
+
+/// Bytes of a cache line.
+const CACHE_LINE: usize = 64;
+
+/// The proof that this processor has AVX2, FMA, BMI and what comes with them.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx2(());
+
+/// Eight f32.
+#[derive(Clone, Copy, Debug)]
+pub struct F32x8(__m256);
+
+/// Results of comparing eight f32.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask32(__m256);
+
+/// Four f64.
+#[derive(Clone, Copy, Debug)]
+pub struct F64x4(__m256d);
+
+/// Results of comparing four f64.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask64(__m256d);
+
+impl Avx2 {
+    /// The proof, if the processor has the features; the answer is cached by the standard library.
+    #[inline]
+    pub fn detect() -> Option<Avx2> {
+        let has = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        has.then_some(Avx2(()))
+    }
+
+    /// Runs a batch compiled for these features.
+    pub fn run<B: Batch>(self, batch: B) {
+        // SAFETY: `self` proves that the processor has every feature that `run_avx2` is compiled for.
+        unsafe { run_avx2(self, batch) }
+    }
+}
+
+/// # Safety
+/// The processor must have the features named here.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_avx2<B: Batch>(avx2: Avx2, batch: B) {
+    batch.run(avx2);
+}
+
+/// An intrinsic on lanes that exist.
+macro_rules! intrinsic {
+    ($call:expr) => {
+        // SAFETY: lanes and proofs exist only where the processor has AVX2 and FMA (see the head of this file), and this
+        // intrinsic takes values only.
+        unsafe { $call }
+    };
+}
+
+impl Simd for Avx2 {
+    type F32 = F32x8;
+    type F64 = F64x4;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> F32x8 {
+        F32x8(intrinsic!(_mm256_set1_ps(x)))
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32; WIDTH]) -> F32x8 {
+        // SAFETY: AVX2 is there, and the array holds the eight f32 that are read; no alignment is needed.
+        F32x8(unsafe { _mm256_loadu_ps(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn load_columns<const N: usize>(
+        self,
+        from: &[f32],
+        base: usize,
+        stride: usize,
+        columns: &[u32; N],
+    ) -> [F32x8; N] {
+        let last = columns.iter().fold(0, |last, &column| last.max(column as usize));
+        // The first two keep the sum from overflowing.
+        let inside = base <= from.len() && stride <= WIDTH && base + last * stride + WIDTH <= from.len();
+        assert!(inside, "a column ends beyond the slice");
+        columns.map(|column| {
+            // SAFETY: AVX2 is there, and no column begins behind the last one, which was just found to end inside.
+            F32x8(unsafe { _mm256_loadu_ps(from.as_ptr().add(base + column as usize * stride)) })
+        })
+    }
+
+    #[inline(always)]
+    fn splat64(self, x: f64) -> F64x4 {
+        F64x4(intrinsic!(_mm256_set1_pd(x)))
+    }
+
+    #[inline(always)]
+    fn load64(self, from: &[f64; WIDTH64]) -> F64x4 {
+        // SAFETY: AVX2 is there, and the array holds the four f64 that are read; no alignment is needed.
+        F64x4(unsafe { _mm256_loadu_pd(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(self, table: &[T], row: usize) {
+        let first = table.as_ptr().wrapping_add(row).cast::<i8>();
+        for line in 0..size_of::<T>().div_ceil(CACHE_LINE) {
+            // SAFETY: a prefetch is a hint; it may be given any address and accesses nothing.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line * CACHE_LINE)) };
+        }
+    }
+
+    #[inline(always)]
+    fn pack(self, key: F32x8, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]) {
+        // SAFETY: AVX2 is there; each load reads exactly the array it is given (8 bytes, 8 bytes, 32 bytes), and the
+        // stores fill the 64 bytes of `to`.
+        unsafe {
+            let tags = _mm256_cvtepu8_epi32(_mm_loadl_epi64(tag.as_ptr().cast()));
+            let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.as_ptr().cast()));
+            let values = _mm256_loadu_si256(value.as_ptr().cast());
+            let upper = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(key.0), _mm256_set1_epi32(!0xff)), tags);
+            let upper = _mm256_permutevar8x32_epi32(upper, order);
+            let lower = _mm256_permutevar8x32_epi32(values, order);
+            let even = _mm256_unpacklo_epi32(lower, upper);
+            let odd = _mm256_unpackhi_epi32(lower, upper);
+            let to = to.as_mut_ptr().cast::<__m256i>();
+            _mm256_storeu_si256(to, _mm256_permute2x128_si256::<0x20>(even, odd));
+            _mm256_storeu_si256(to.add(1), _mm256_permute2x128_si256::<0x31>(even, odd));
+        }
+    }
+}
+
+macro_rules! operators {
+    ($lanes:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $xor:ident, $splat:ident) => {
+        impl Add for $lanes {
+            type Output = $lanes;
+            #[inline(always)]
+            fn add(self, other: $lanes) -> $lanes {
+                $lanes(intrinsic!($add(self.0, other.0)))
+            }
+        }
+        impl Sub for $lanes {
+            type Output = $lanes;
+            #[inline(always)]
+            fn sub(self, other: $lanes) -> $lanes {
+                $lanes(intrinsic!($sub(self.0, other.0)))
+            }
+        }
+        impl Mul for $lanes {
+            type Output = $lanes;
+            #[inline(always)]
+            fn mul(self, other: $lanes) -> $lanes {
+                $lanes(intrinsic!($mul(self.0, other.0)))
+            }
+        }
+        impl Div for $lanes {
+            type Output = $lanes;
+            #[inline(always)]
+            fn div(self, other: $lanes) -> $lanes {
+                $lanes(intrinsic!($div(self.0, other.0)))
+            }
+        }
+        impl Neg for $lanes {
+            type Output = $lanes;
+            #[inline(always)]
+            fn neg(self) -> $lanes {
+                $lanes(intrinsic!($xor(self.0, $splat(-0.0))))
+            }
+        }
+    };
+}
+
+operators!(F32x8, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps, _mm256_div_ps, _mm256_xor_ps, _mm256_set1_ps);
+operators!(F64x4, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd, _mm256_div_pd, _mm256_xor_pd, _mm256_set1_pd);
+
+macro_rules! masks {
+    ($mask:ident, $and:ident, $or:ident, $xor:ident, $compare:ident, $zero:ident, $bits:ident) => {
+        impl BitAnd for $mask {
+            type Output = $mask;
+            #[inline(always)]
+            fn bitand(self, other: $mask) -> $mask {
+                $mask(intrinsic!($and(self.0, other.0)))
+            }
+        }
+        impl BitOr for $mask {
+            type Output = $mask;
+            #[inline(always)]
+            fn bitor(self, other: $mask) -> $mask {
+                $mask(intrinsic!($or(self.0, other.0)))
+            }
+        }
+        impl Not for $mask {
+            type Output = $mask;
+            #[inline(always)]
+            fn not(self) -> $mask {
+                $mask(intrinsic!($xor(self.0, $compare::<_CMP_TRUE_UQ>($zero(), $zero()))))
+            }
+        }
+        impl MaskLanes for $mask {
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                intrinsic!($bits(self.0)) as u32
+            }
+        }
+    };
+}
+
+masks!(Mask32, _mm256_and_ps, _mm256_or_ps, _mm256_xor_ps, _mm256_cmp_ps, _mm256_setzero_ps, _mm256_movemask_ps);
+masks!(Mask64, _mm256_and_pd, _mm256_or_pd, _mm256_xor_pd, _mm256_cmp_pd, _mm256_setzero_pd, _mm256_movemask_pd);
+
+impl F32Lanes for F32x8 {
+    type Mask = Mask32;
+
+    #[inline(always)]
+    fn mul_add(self, factor: F32x8, summand: F32x8) -> F32x8 {
+        F32x8(intrinsic!(_mm256_fmadd_ps(self.0, factor.0, summand.0)))
+    }
+    #[inline(always)]
+    fn min(self, other: F32x8) -> F32x8 {
+        F32x8(intrinsic!(_mm256_min_ps(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn max(self, other: F32x8) -> F32x8 {
+        F32x8(intrinsic!(_mm256_max_ps(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn abs(self) -> F32x8 {
+        F32x8(intrinsic!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)))
+    }
+    #[inline(always)]
+    fn lt(self, other: F32x8) -> Mask32 {
+        Mask32(intrinsic!(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn le(self, other: F32x8) -> Mask32 {
+        Mask32(intrinsic!(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn select(self, mask: Mask32, other: F32x8) -> F32x8 {
+        F32x8(intrinsic!(_mm256_blendv_ps(other.0, self.0, mask.0)))
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        let mut array = [0.0; WIDTH];
+        // SAFETY: AVX2 is there, and the array takes the eight f32 that are written.
+        unsafe { _mm256_storeu_ps(array.as_mut_ptr(), self.0) };
+        array
+    }
+}
+
+impl F64Lanes for F64x4 {
+    type Mask = Mask64;
+
+    #[inline(always)]
+    fn same(self, x: f64) -> F64x4 {
+        F64x4(intrinsic!(_mm256_set1_pd(x)))
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: F64x4, summand: F64x4) -> F64x4 {
+        F64x4(intrinsic!(_mm256_fmadd_pd(self.0, factor.0, summand.0)))
+    }
+    #[inline(always)]
+    fn max(self, other: F64x4) -> F64x4 {
+        F64x4(intrinsic!(_mm256_max_pd(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn abs(self) -> F64x4 {
+        F64x4(intrinsic!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0)))
+    }
+    #[inline(always)]
+    fn lt(self, other: F64x4) -> Mask64 {
+        Mask64(intrinsic!(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn le(self, other: F64x4) -> Mask64 {
+        Mask64(intrinsic!(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f64; WIDTH64] {
+        let mut array = [0.0; WIDTH64];
+        // SAFETY: AVX2 is there, and the array takes the four f64 that are written.
+        unsafe { _mm256_storeu_pd(array.as_mut_ptr(), self.0) };
+        array
+    }
+}

@@ -1,0 +1,211 @@
+//! Lanes as arrays, for processors of which nothing is known: the compiler makes of them what it can.
+
+use std::array::from_fn;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use super::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
+
+/// No instruction set beyond the baseline.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable;
+
+/// N numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct Array<T, const N: usize>(pub [T; N]);
+
+impl Simd for Portable {
+    type F32 = Array<f32, WIDTH>;
+    type F64 = Array<f64, WIDTH64>;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> Self::F32 {
+        Array([x; WIDTH])
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32; WIDTH]) -> Self::F32 {
+        Array(*from)
+    }
+
+    #[inline(always)]
+    fn load_columns<const N: usize>(
+        self,
+        from: &[f32],
+        base: usize,
+        stride: usize,
+        columns: &[u32; N],
+    ) -> [Self::F32; N] {
+        columns.map(|column| {
+            let first = base + column as usize * stride;
+            let lanes = &from[first..first + WIDTH];
+            Array(from_fn(|i| lanes[i]))
+        })
+    }
+
+    #[inline(always)]
+    fn splat64(self, x: f64) -> Self::F64 {
+        Array([x; WIDTH64])
+    }
+
+    #[inline(always)]
+    fn load64(self, from: &[f64; WIDTH64]) -> Self::F64 {
+        Array(*from)
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(self, _table: &[T], _row: usize) {}
+
+    #[inline(always)]
+    fn pack(self, key: Self::F32, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]) {
+        for (to, &lane) in to.iter_mut().zip(order) {
+            let lane = lane as usize % WIDTH;
+            let upper = key.0[lane].to_bits() & !0xff | u32::from(tag[lane]);
+            *to = u64::from(upper) << 32 | u64::from(value[lane]);
+        }
+    }
+}
+
+macro_rules! lanes {
+    ($t:ty, $n:expr) => {
+        impl Add for Array<$t, $n> {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                Array(from_fn(|i| self.0[i] + other.0[i]))
+            }
+        }
+        impl Sub for Array<$t, $n> {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                Array(from_fn(|i| self.0[i] - other.0[i]))
+            }
+        }
+        impl Mul for Array<$t, $n> {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                Array(from_fn(|i| self.0[i] * other.0[i]))
+            }
+        }
+        impl Div for Array<$t, $n> {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                Array(from_fn(|i| self.0[i] / other.0[i]))
+            }
+        }
+        impl Neg for Array<$t, $n> {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Array(self.0.map(|x| -x))
+            }
+        }
+    };
+}
+
+lanes!(f32, WIDTH);
+lanes!(f64, WIDTH64);
+
+impl F32Lanes for Array<f32, WIDTH> {
+    type Mask = Array<bool, WIDTH>;
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, summand: Self) -> Self {
+        self * factor + summand
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Array(from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Array(from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Array(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Self::Mask {
+        Array(from_fn(|i| self.0[i] < other.0[i]))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Self::Mask {
+        Array(from_fn(|i| self.0[i] <= other.0[i]))
+    }
+    #[inline(always)]
+    fn select(self, mask: Self::Mask, other: Self) -> Self {
+        Array(from_fn(|i| if mask.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        self.0
+    }
+}
+
+impl F64Lanes for Array<f64, WIDTH64> {
+    type Mask = Array<bool, WIDTH64>;
+
+    #[inline(always)]
+    fn same(self, x: f64) -> Self {
+        Array([x; WIDTH64])
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, summand: Self) -> Self {
+        Array(from_fn(|i| self.0[i].mul_add(factor.0[i], summand.0[i])))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Array(from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Array(self.0.map(f64::abs))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Self::Mask {
+        Array(from_fn(|i| self.0[i] < other.0[i]))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Self::Mask {
+        Array(from_fn(|i| self.0[i] <= other.0[i]))
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f64; WIDTH64] {
+        self.0
+    }
+}
+
+impl<const N: usize> BitAnd for Array<bool, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Array(from_fn(|i| self.0[i] & other.0[i]))
+    }
+}
+
+impl<const N: usize> BitOr for Array<bool, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Array(from_fn(|i| self.0[i] | other.0[i]))
+    }
+}
+
+impl<const N: usize> Not for Array<bool, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Array(self.0.map(|x| !x))
+    }
+}
+
+impl<const N: usize> MaskLanes for Array<bool, N> {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0.iter().enumerate().fold(0, |bits, (i, &set)| bits | u32::from(set) << i)
+    }
+}
