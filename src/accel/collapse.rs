@@ -37,7 +37,9 @@ pub fn collapse(world: &World, groups: &Groups, binary: &BinaryTree) -> WideTree
     while let Some((index, child, depth)) = stack.pop() {
         let (children, n_children) = opener.children(child, depth);
         let mut node = WideNode::EMPTY;
-        for (slot, &child) in children[..n_children].iter().enumerate() {
+        let centers: Vec<glam::DVec3> = children[..n_children].iter().map(|&c| opener.bounds(c).center()).collect();
+        let places = places(&centers);
+        for (&slot, &child) in places.iter().zip(&children[..n_children]) {
             let bounds = opener.bounds(child);
             let entry = match opener.end(child) {
                 Some(End::Leaf(run)) => tree.push_leaf(world, &run),
@@ -55,6 +57,27 @@ pub fn collapse(world: &World, groups: &Groups, binary: &BinaryTree) -> WideTree
     }
     tree.measure_depth();
     tree
+}
+
+fn places(centers: &[glam::DVec3]) -> Vec<usize> {
+    let mean = centers.iter().sum::<glam::DVec3>() / centers.len() as f64;
+    let mut options = Vec::new();
+    for (i, c) in centers.iter().enumerate() {
+        for slot in 0..8usize {
+            let s = |k: usize| if slot >> k & 1 == 1 { 1.0 } else { -1.0 };
+            options.push(((*c - mean).dot(glam::DVec3::new(s(0), s(1), s(2))), i, slot));
+        }
+    }
+    options.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut places = vec![8; centers.len()];
+    let mut used = [false; 8];
+    for (_, i, slot) in options {
+        if places[i] == 8 && !used[slot] {
+            places[i] = slot;
+            used[slot] = true;
+        }
+    }
+    places
 }
 
 /// Whether each node of the binary tree becomes a leaf: when testing all its primitives is expected to cost no more

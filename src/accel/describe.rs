@@ -1,6 +1,6 @@
 //! The last step of closest hits: parameter and weights of triangles that were certainly hit, four rays at a time.
 
-use super::walk::{Best, Pending, Walk};
+use super::walk::Pending;
 use super::wide::WideTree;
 use crate::numeric::edge::{Sheared, shear};
 use crate::numeric::plane::{Pair, divide, plane_quotient};
@@ -23,19 +23,6 @@ pub struct Undescribed {
     pub tame: bool,
 }
 
-/// Writes what a walk has found, or notes that it is still to be described.
-#[inline(always)]
-pub fn finish(walk: &Walk, ray_idx: usize, hits: &mut [Hit], undescribed: &mut Vec<Undescribed>) {
-    let Best { hit, pending, .. } = walk.best;
-    match pending {
-        None => hits[ray_idx] = hit,
-        Some(pending) => {
-            let ray_idx = ray_idx as u32;
-            undescribed.push(Undescribed { ray_idx, pending, shear: walk.ray.shear, tame: walk.ray.tame });
-        }
-    }
-}
-
 /// Describes all hits of a batch.
 #[inline(always)]
 pub fn describe_all<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], undescribed: &[Undescribed], hits: &mut [Hit]) {
@@ -49,7 +36,12 @@ struct Columns {
     origin: [[f64; WIDTH64]; 3],
     direction: [[f64; WIDTH64]; 3],
     slope: [[f64; WIDTH64]; 2],
-    corners: [[f64; WIDTH64]; 9],
+    corners: [[[f64; WIDTH64]; 3]; 3],
+}
+
+#[inline(always)]
+fn load_vector<S: Simd>(simd: S, columns: &[[f64; WIDTH64]; 3]) -> [S::F64; 3] {
+    [simd.load64(&columns[0]), simd.load64(&columns[1]), simd.load64(&columns[2])]
 }
 
 #[inline(always)]
@@ -58,7 +50,7 @@ fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
         origin: [[0.0; WIDTH64]; 3],
         direction: [[0.0; WIDTH64]; 3],
         slope: [[0.0; WIDTH64]; 2],
-        corners: [[0.0; WIDTH64]; 9],
+        corners: [[[0.0; WIDTH64]; 3]; 3],
     };
     for lane in 0..WIDTH64 {
         // Lanes without a ray repeat the last one.
@@ -71,7 +63,7 @@ fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
             columns.origin[i][lane] = ray.origin[axis];
             columns.direction[i][lane] = ray.direction[axis];
             for (j, corner) in corners.iter().enumerate() {
-                columns.corners[3 * j + i][lane] = f64::from(corner[axis]);
+                columns.corners[j][i][lane] = f64::from(corner[axis]);
             }
         }
         columns.slope[0][lane] = slope[0];
@@ -84,12 +76,12 @@ fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
 #[inline(always)]
 fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undescribed], hits: &mut [Hit]) {
     let columns = gather(tree, rays, four);
-    let [ax, ay, az, bx, by, bz, cx, cy, cz] = columns.corners.map(|column| simd.load64(&column));
+    let [a, b, c] = columns.corners;
     let pair = Pair {
-        origin: columns.origin.map(|column| simd.load64(&column)),
-        direction: columns.direction.map(|column| simd.load64(&column)),
-        slope: columns.slope.map(|column| simd.load64(&column)),
-        corners: [[ax, ay, az], [bx, by, bz], [cx, cy, cz]],
+        origin: load_vector(simd, &columns.origin),
+        direction: load_vector(simd, &columns.direction),
+        slope: [simd.load64(&columns.slope[0]), simd.load64(&columns.slope[1])],
+        corners: [load_vector(simd, &a), load_vector(simd, &b), load_vector(simd, &c)],
     };
 
     // Weights.

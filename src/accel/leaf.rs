@@ -6,63 +6,46 @@ use crate::numeric::triangle;
 use crate::simd::{F32Lanes, MaskLanes, Simd};
 use crate::world::{Hit, PrimKind, World};
 
-/// What a walk is after.
-pub trait Query {
-    /// Tests a leaf; whether the walk is over.
-    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
-}
-
-/// The closest hit.
-#[derive(Clone, Copy, Debug)]
-pub struct Closest;
-
-/// Any hit.
-#[derive(Clone, Copy, Debug)]
-pub struct Any;
-
-impl Query for Closest {
-    #[inline(always)]
-    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
-        match tag.kind() {
-            PrimKind::Triangle => closest_triangle(simd, tree, walk, first, tag.n_prims()),
-            PrimKind::Sphere => {
-                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                    offer(tree, walk, world.spheres.intersect(prim.row(), &walk.ray));
-                }
-            }
-            PrimKind::Quadric => {
-                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                    offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
-                }
+/// Tests a leaf for the closest hit.
+#[inline(always)]
+pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) {
+    match tag.kind() {
+        PrimKind::Triangle => closest_triangle(simd, tree, walk, first, tag.n_prims()),
+        PrimKind::Sphere => {
+            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                offer(tree, walk, world.spheres.intersect(prim.row(), &walk.ray));
             }
         }
-        false
+        PrimKind::Quadric => {
+            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
+            }
+        }
     }
 }
 
-impl Query for Any {
-    #[inline(always)]
-    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
-        // Loops rather than `any`: its closures are not always inlined, and must be, to be compiled for the batch's ISA.
-        match tag.kind() {
-            PrimKind::Triangle => return any_triangle(simd, tree, walk, first, tag.n_prims()),
-            PrimKind::Sphere => {
-                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                    if world.spheres.intersect(prim.row(), &walk.ray).is_some() {
-                        return true;
-                    }
-                }
-            }
-            PrimKind::Quadric => {
-                for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                    if world.quadrics.intersect(prim.row(), &walk.ray).is_some() {
-                        return true;
-                    }
+/// Tests a leaf for any hit.
+#[inline(always)]
+pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first: u32, tag: Tag) -> bool {
+    // Loops rather than `any`: its closures are not always inlined, and must be, to be compiled for the batch's ISA.
+    match tag.kind() {
+        PrimKind::Triangle => return any_triangle(simd, tree, walk, first, tag.n_prims()),
+        PrimKind::Sphere => {
+            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                if world.spheres.intersect(prim.row(), &walk.ray).is_some() {
+                    return true;
                 }
             }
         }
-        false
+        PrimKind::Quadric => {
+            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
+                if world.quadrics.intersect(prim.row(), &walk.ray).is_some() {
+                    return true;
+                }
+            }
+        }
     }
+    false
 }
 
 /// Takes a hit if it is closer than the best.

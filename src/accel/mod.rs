@@ -11,9 +11,11 @@ mod leaf;
 mod linear;
 mod list;
 mod order;
+mod query;
 mod single;
 mod slab;
 mod sliver;
+mod stream;
 mod walk;
 mod wide;
 
@@ -22,9 +24,7 @@ use rayon::prelude::*;
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
-use leaf::{Any, Closest};
-use single::Stack;
-use walk::Walk;
+use query::{Any, Asked, Closest, Query};
 use wide::WideTree;
 
 /// How to find hits.
@@ -150,7 +150,7 @@ impl Accel {
     /// When the slices differ in length.
     pub fn closest_hit(&self, world: &World, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
-        self.isa.dispatch(ClosestHits { accel: self, world, rays, hits });
+        self.isa.dispatch(Asked::<Closest>::new(self, world, rays, hits));
     }
 
     /// Answers each ray with whether anything lies in its interval.
@@ -159,7 +159,7 @@ impl Accel {
     /// When the slices differ in length.
     pub fn occluded(&self, world: &World, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer per ray");
-        self.isa.dispatch(Occlusions { accel: self, world, rays, occluded });
+        self.isa.dispatch(Asked::<Any>::new(self, world, rays, occluded));
     }
 
     /// The closest hit outside of the tree.
@@ -218,60 +218,12 @@ impl Accel {
     }
 }
 
-/// A batch of closest-hit queries.
-struct ClosestHits<'a> {
-    accel: &'a Accel,
-    world: &'a World,
-    rays: &'a [Ray],
-    hits: &'a mut [Hit],
-}
-
-impl Batch for ClosestHits<'_> {
+impl<Q: Query> Batch for Asked<'_, Q> {
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let ClosestHits { accel, world, rays, hits } = self;
-        let tree = &accel.tree;
-        let mut stack = Stack::new(tree);
-        let mut undescribed = Vec::with_capacity(rays.len());
-        for (ray_idx, ray) in rays.iter().enumerate() {
-            match (ray.prepare(), accel.kind) {
-                (None, _) => hits[ray_idx] = Hit::MISS,
-                (Some(ray), AccelKind::Linear) => hits[ray_idx] = linear::closest_hit(world, &ray),
-                (Some(ray), AccelKind::Bvh) => {
-                    let mut walk = Walk::new(ray, accel.closest_unbounded(world, &ray));
-                    single::traverse::<S, Closest>(simd, tree, world, &mut walk, &mut stack);
-                    describe::finish(&walk, ray_idx, hits, &mut undescribed);
-                }
-            };
-        }
-        describe::describe_all(simd, tree, rays, &undescribed, hits);
-    }
-}
-
-/// A batch of occlusion queries.
-struct Occlusions<'a> {
-    accel: &'a Accel,
-    world: &'a World,
-    rays: &'a [Ray],
-    occluded: &'a mut [bool],
-}
-
-impl Batch for Occlusions<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Occlusions { accel, world, rays, occluded } = self;
-        let mut stack = Stack::new(&accel.tree);
-        for (ray, answer) in rays.iter().zip(occluded) {
-            *answer = match (ray.prepare(), accel.kind) {
-                (None, _) => false,
-                (Some(ray), AccelKind::Linear) => linear::occluded(world, &ray),
-                (Some(ray), AccelKind::Bvh) => {
-                    accel.unbounded.iter().any(|prim| prim.intersect(world, &ray).is_some()) || {
-                        let mut walk = Walk::new(ray, Hit::MISS);
-                        single::traverse::<S, Any>(simd, &accel.tree, world, &mut walk, &mut stack)
-                    }
-                }
-            };
+    fn run<S: Simd>(mut self, simd: S) {
+        match self.accel.mode {
+            Mode::Single => single::run(simd, &mut self),
+            Mode::Auto | Mode::Batch | Mode::Packet => stream::run(simd, &mut self),
         }
     }
 }

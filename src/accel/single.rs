@@ -1,7 +1,7 @@
 //! One ray through the wide tree, nearest boxes first.
 
-use super::leaf::Query;
 use super::order::{Item, ORDER};
+use super::query::{Asked, Query};
 use super::walk::Walk;
 use super::wide::{MAX_LEAF, WideTree};
 use crate::simd::{Simd, WIDTH};
@@ -13,23 +13,35 @@ pub struct Stack {
     items: Vec<u64>,
     n_items: usize,
     tested: Mailboxes,
+    /// Counts rays, from 1.
+    ray: u64,
 }
 
 /// Of leaves that stand in several nodes, which ray tested them last, with the leaf: a direct-mapped cache, for a leaf that
 /// is tested twice costs time and nothing else (mailboxing, Amanatides and Woo 1987). Empty when no leaf is shared.
 #[derive(Debug)]
-struct Mailboxes {
+pub struct Mailboxes {
     tested: Vec<(u64, u32)>,
-    /// Counts rays, from 1.
-    ray: u64,
 }
 
 /// Shared leaves that a ray remembers.
 const N_REMEMBERED: usize = 1 << 14;
 
-/// Walks the tree from the root until the query is over or nothing is left.
+/// Walks all rays of a batch, one after another.
 #[inline(always)]
-pub fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, stack: &mut Stack) -> bool {
+pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
+    let (accel, world) = (asked.accel, asked.world);
+    let mut stack = Stack::new(&accel.tree);
+    while let Some((mut walk, ray_idx)) = asked.start() {
+        let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
+        asked.end(&walk, is_over, ray_idx);
+    }
+    asked.describe(simd);
+}
+
+/// Walks the tree from the root until the query is over or nothing is left; whether it is over.
+#[inline(always)]
+fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, stack: &mut Stack) -> bool {
     if tree.nodes.is_empty() {
         return false;
     }
@@ -39,7 +51,7 @@ pub fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk
         let tag = item.tag();
         if tag.n_prims() == 0 {
             stack.push_children(simd, tree, walk, item.child());
-        } else if !stack.tested.has(item) && Q::leaf(simd, tree, world, walk, item.child(), tag) {
+        } else if !stack.tested.has(item, stack.ray) && Q::leaf(simd, tree, world, walk, item.child(), tag) {
             return true;
         }
         let Some(next) = stack.pop(walk.limit()) else { return false };
@@ -50,16 +62,14 @@ pub fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk
 impl Stack {
     /// A stack for the rays of one batch.
     pub fn new(tree: &WideTree) -> Stack {
-        let tested = if tree.has_shared_leaves { vec![(0, 0); N_REMEMBERED] } else { Vec::new() };
-        // Each level leaves at most seven siblings behind; eight are written at a time.
-        Stack { items: vec![0; (WIDTH - 1) * tree.depth + 2 * WIDTH], n_items: 0, tested: Mailboxes { tested, ray: 0 } }
+        Stack { items: vec![0; tree.stack_size()], n_items: 0, tested: Mailboxes::new(tree), ray: 0 }
     }
 
     /// Starts a ray.
     #[inline(always)]
     pub fn begin(&mut self) {
         self.n_items = 0;
-        self.tested.ray += 1;
+        self.ray += 1;
     }
 
     /// Pushes the children that the ray may meet, the nearest last.
@@ -89,13 +99,18 @@ impl Stack {
 }
 
 impl Mailboxes {
-    /// Whether this ray has tested the leaf already; from then on it has.
+    /// None tested.
+    pub fn new(tree: &WideTree) -> Mailboxes {
+        Mailboxes { tested: if tree.has_shared_leaves { vec![(0, 0); N_REMEMBERED] } else { Vec::new() } }
+    }
+
+    /// Whether a ray, by its number from 1 on, has tested the leaf already; from then on it has.
     #[inline(always)]
-    fn has(&mut self, leaf: Item) -> bool {
+    pub fn has(&mut self, leaf: Item, ray: u64) -> bool {
         if !leaf.tag().is_shared() {
             return false;
         }
-        let now = (self.ray, leaf.child());
+        let now = (ray, leaf.child());
         let slot = &mut self.tested[leaf.child() as usize / MAX_LEAF % N_REMEMBERED];
         std::mem::replace(slot, now) == now
     }

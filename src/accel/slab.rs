@@ -28,8 +28,8 @@ const INVERSE_MARGIN: f64 = 1.0 / (1 << 21) as f64;
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
     /// Plane by which the ray enters and leaves, by axis.
-    near_plane: [u8; 3],
-    far_plane: [u8; 3],
+    near_plane: [u32; 3],
+    far_plane: [u32; 3],
     near_origin: [f32; 3],
     far_origin: [f32; 3],
     near_inverse: [f32; 3],
@@ -74,8 +74,8 @@ impl SlabRay {
             let negative = direction < 0.0;
             let bit = u8::from(negative);
             slab_ray.octant |= bit << axis;
-            slab_ray.near_plane[axis] = axis as u8 + 3 * bit;
-            slab_ray.far_plane[axis] = axis as u8 + 3 * (1 - bit);
+            slab_ray.near_plane[axis] = axis as u32 + 3 * u32::from(bit);
+            slab_ray.far_plane[axis] = axis as u32 + 3 * u32::from(1 - bit);
             slab_ray.near_origin[axis] = if negative { down } else { up };
             slab_ray.far_origin[axis] = if negative { up } else { down };
             slab_ray.near_inverse[axis] = if negative { -near } else { near };
@@ -94,10 +94,11 @@ impl SlabRay {
         let mut t_near = simd.splat(self.t_min);
         let mut t_far = simd.splat(t_max);
         for axis in 0..3 {
-            let near = simd.load(&slabs.planes[self.near_plane[axis] as usize % 6]);
-            let far = simd.load(&slabs.planes[self.far_plane[axis] as usize % 6]);
+            let near = simd.load(&slabs.planes[self.near_plane[axis] as usize]);
+            let far = simd.load(&slabs.planes[self.far_plane[axis] as usize]);
             let enter = (near - simd.splat(self.near_origin[axis])) * simd.splat(self.near_inverse[axis]);
-            let leave = (far - simd.splat(self.far_origin[axis])).mul_add(simd.splat(self.far_inverse[axis]), underflow);
+            let leave =
+                (far - simd.splat(self.far_origin[axis])).mul_add(simd.splat(self.far_inverse[axis]), underflow);
             // A NaN leaves the bound as it is.
             t_near = enter.max(t_near);
             t_far = leave.min(t_far);

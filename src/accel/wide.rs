@@ -155,8 +155,17 @@ impl WideTree {
     /// The corners of triangle `i` of a leaf.
     #[inline(always)]
     pub fn corners_of(&self, first: usize, n_prims: usize, i: usize) -> [Vec3; 3] {
-        let column = |c: usize| self.corners[N_COORDINATES * first + c * n_prims + i];
-        [0, 3, 6].map(|c| Vec3::new(column(c), column(c + 1), column(c + 2)))
+        let mut corners = [Vec3::ZERO; 3];
+        for c in 0..N_COORDINATES {
+            corners[c / 3][c % 3] = self.corners[N_COORDINATES * first + c * n_prims + i];
+        }
+        corners
+    }
+
+    /// Items that a walk can have before it, and room for the eight that are written at a time: each level leaves at
+    /// most seven siblings behind.
+    pub fn stack_size(&self) -> usize {
+        (WIDTH - 1) * self.depth + 2 * WIDTH
     }
 
     /// Bytes held.

@@ -28,8 +28,8 @@ pub const EDGE_ERROR: f64 = 16.5;
 pub fn shear<F: F64Lanes>(pair: &Pair<F>) -> Sheared<F> {
     let (a, b, c) = (seen(pair, pair.corners[0]), seen(pair, pair.corners[1]), seen(pair, pair.corners[2]));
     let weights = [b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0], a[0] * b[1] - a[1] * b[0]];
-    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
-    let (m, largest_depth) = (largest(0).max(largest(1)), largest(2));
+    let m = a[0].abs().max(b[0].abs()).max(c[0].abs()).max(a[1].abs().max(b[1].abs()).max(c[1].abs()));
+    let largest_depth = a[2].abs().max(b[2].abs()).max(c[2].abs());
     // The product overflows where those of the edge functions may.
     let error = m * (m + largest_depth) * m.same(EDGE_ERROR * U) + m.same(f64::MIN_POSITIVE);
     Sheared { weights, error, depths: [a[2], b[2], c[2]], largest_depth }

@@ -3,6 +3,10 @@
 //! The edge functions are those of [`edge`](super::edge) in f32, where the ray is its f64 self rounded: the slope carries a
 //! rounding anyway, and the origin's is part of the bound. Bounds use the m and Z of each triangle, not of the scene: a
 //! wider one leaves a hundred times as many lanes open.
+//!
+//! (No closures here: they are not always inlined, and what is not inlined is compiled for the baseline.)
+
+use glam::DVec3;
 
 use super::edge::EDGE_ERROR;
 use super::prepared::PreparedRay;
@@ -50,18 +54,17 @@ impl LaneRay {
     #[inline(always)]
     pub fn new(ray: &PreparedRay) -> LaneRay {
         let [x, y, z] = ray.shear.axes;
-        let origin = [ray.origin[x], ray.origin[y], ray.origin[z]];
-        let rounded = origin.map(|o| o as f32);
-        let off = |i: usize| (origin[i] - f64::from(rounded[i])).abs();
+        let origin = DVec3::new(ray.origin[x], ray.origin[y], ray.origin[z]);
+        let rounded = origin.as_vec3();
         // Infinite where the origin is beyond f32: every lane is then left open.
-        let residual = off(0).max(off(1)).max(off(2)) as f32 * (1.0 + f32::EPSILON);
+        let residual = (origin - rounded.as_dvec3()).abs().max_element() as f32 * (1.0 + f32::EPSILON);
         let reciprocal = (1.0 / ray.direction[z]) as f32;
         let sound = (SMALLEST_RECIPROCAL..=1.0 / SMALLEST_RECIPROCAL).contains(&reciprocal.abs());
         let (x, y, z) = (x as u32, y as u32, z as u32);
         LaneRay {
             columns: [x, y, z, 3 + x, 3 + y, 3 + z, 6 + x, 6 + y, 6 + z],
-            origin: rounded,
-            slope: ray.shear.slope.map(|slope| slope as f32),
+            origin: rounded.to_array(),
+            slope: [ray.shear.slope[0] as f32, ray.shear.slope[1] as f32],
             reach: residual * (0.5 / U32),
             slack: 4.0 * residual,
             reciprocal: if sound { reciprocal } else { f32::NAN },
@@ -75,17 +78,13 @@ impl LaneRay {
     #[inline(always)]
     pub fn edges<S: Simd>(&self, simd: S, corners: &[f32], base: usize, stride: usize) -> LaneEdges<S::F32> {
         let [ax, ay, az, bx, by, bz, cx, cy, cz] = simd.load_columns(corners, base, stride, &self.columns);
-        let [ox, oy, oz] = self.origin.map(|o| simd.splat(o));
-        let [sx, sy] = self.slope.map(|s| simd.splat(-s));
+        let (ox, oy, oz) = (simd.splat(self.origin[0]), simd.splat(self.origin[1]), simd.splat(self.origin[2]));
+        let (sx, sy) = (simd.splat(-self.slope[0]), simd.splat(-self.slope[1]));
         let (az, bz, cz) = (az - oz, bz - oz, cz - oz);
         let (ax, ay) = (sx.mul_add(az, ax - ox), sy.mul_add(az, ay - oy));
         let (bx, by) = (sx.mul_add(bz, bx - ox), sy.mul_add(bz, by - oy));
         let (cx, cy) = (sx.mul_add(cz, cx - ox), sy.mul_add(cz, cy - oy));
-        let weights = [
-            bx.mul_add(cy, -(by * cx)),
-            cx.mul_add(ay, -(cy * ax)),
-            ax.mul_add(by, -(ay * bx)),
-        ];
+        let weights = [bx.mul_add(cy, -(by * cx)), cx.mul_add(ay, -(cy * ax)), ax.mul_add(by, -(ay * bx))];
         let m = ax.abs().max(ay.abs()).max(bx.abs().max(by.abs())).max(cx.abs().max(cy.abs()));
         let largest_depth = az.abs().max(bz.abs()).max(cz.abs());
         let reach = largest_depth + simd.splat(self.reach);

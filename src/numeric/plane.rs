@@ -43,20 +43,22 @@ const PLANE_ERROR: f64 = 70.0;
 #[inline(always)]
 pub fn plane_quotient<F: F64Lanes>(pair: &Pair<F>) -> Quotient<F> {
     let [a, b, c] = pair.corners;
-    let edge = |to: [F; 3]| [two_sum(to[0], -a[0]), two_sum(to[1], -a[1]), two_sum(to[2], -a[2])];
-    let (e, f) = (edge(b), edge(c));
+    let (e, f) = (difference(b, a), difference(c, a));
     let normal = [component(&e, &f, 1, 2), component(&e, &f, 2, 0), component(&e, &f, 0, 1)];
-    let to_plane = [
-        two_sum(a[0], -pair.origin[0]),
-        two_sum(a[1], -pair.origin[1]),
-        two_sum(a[2], -pair.origin[2]),
-    ];
+    let to_plane = difference(a, pair.origin);
     let zero = a[0].same(0.0);
-    let direction = pair.direction.map(|hi| Double { hi, lo: zero });
+    let [x, y, z] = pair.direction;
+    let direction = [Double { hi: x, lo: zero }, Double { hi: y, lo: zero }, Double { hi: z, lo: zero }];
     let (n, n_size) = dot(&normal, &to_plane);
     let (d, d_size) = dot(&normal, &direction);
     let unit = zero.same(SECOND_ORDER * PLANE_ERROR * U2);
     Quotient { n, n_error: unit * n_size, d, d_error: unit * d_size }
+}
+
+/// `to - from` without error.
+#[inline(always)]
+fn difference<F: F64Lanes>(to: [F; 3], from: [F; 3]) -> [Double<F>; 3] {
+    [two_sum(to[0], -from[0]), two_sum(to[1], -from[1]), two_sum(to[2], -from[2])]
 }
 
 /// A component of the normal: value, what it lost, and the magnitudes of its two products.
@@ -86,8 +88,10 @@ fn dot<F: F64Lanes>(normal: &[Component<F>; 3], v: &[Double<F>; 3]) -> (Double<F
     let (px, py, pz) = (two_product(x.hi, v[0].hi), two_product(y.hi, v[1].hi), two_product(z.hi, v[2].hi));
     let xy = two_sum(px.hi, py.hi);
     let xyz = two_sum(xy.hi, pz.hi);
-    let rest = |n: Component<F>, v: Double<F>, p: Double<F>| n.hi.mul_add(v.lo, n.lo.mul_add(v.hi, p.lo));
-    let lo = (rest(x, v[0], px) + rest(y, v[1], py)) + (rest(z, v[2], pz) + (xy.lo + xyz.lo));
+    let rest_x = x.hi.mul_add(v[0].lo, x.lo.mul_add(v[0].hi, px.lo));
+    let rest_y = y.hi.mul_add(v[1].lo, y.lo.mul_add(v[1].hi, py.lo));
+    let rest_z = z.hi.mul_add(v[2].lo, z.lo.mul_add(v[2].hi, pz.lo));
+    let lo = (rest_x + rest_y) + (rest_z + (xy.lo + xyz.lo));
     let size = x.size.mul_add(v[0].hi.abs(), y.size.mul_add(v[1].hi.abs(), z.size * v[2].hi.abs()));
     // The rest may be larger than the value where much cancelled: a full sum.
     let sum = two_sum(xyz.hi, lo);

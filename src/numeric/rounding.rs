@@ -4,14 +4,24 @@
 #[inline(always)]
 pub fn f32_at_most(x: f64) -> f32 {
     let nearest = x as f32;
-    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+    step_down(nearest, f64::from(nearest) > x)
 }
 
 /// The smallest f32 that is not below `x`; NaN stays NaN, ∞ stays ∞.
 #[inline(always)]
 pub fn f32_at_least(x: f64) -> f32 {
-    let nearest = x as f32;
-    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
+    // −f32_at_most(−x), which costs nothing more.
+    -f32_at_most(-x)
+}
+
+/// The next smaller f32 if `step`, without a branch: rounding goes wrong every other time. −∞, which nothing is rounded
+/// up to, must not be stepped from.
+#[inline(always)]
+fn step_down(x: f32, step: bool) -> f32 {
+    let (bits, step) = (x.to_bits(), u32::from(step));
+    // Magnitudes of positive numbers shrink, those of negative ones and of zero grow.
+    let down = if x > 0.0 { bits.wrapping_sub(step) } else { (bits | step << 31) + step };
+    f32::from_bits(down)
 }
 
 #[cfg(test)]

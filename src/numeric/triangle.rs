@@ -116,12 +116,16 @@ pub(crate) fn edge_functions(ray: &PreparedRay, corners: [Vec3; 3]) -> ([f64; 3]
 fn pair(ray: &PreparedRay, corners: [Vec3; 3]) -> Pair<f64> {
     let Shear { axes: [x, y, z], slope } = ray.shear;
     let (o, d) = (ray.origin, ray.direction);
-    let corner = |c: Vec3| [f64::from(c[x]), f64::from(c[y]), f64::from(c[z])];
+    let [a, b, c] = corners;
     Pair {
         origin: [o[x], o[y], o[z]],
         direction: [d[x], d[y], d[z]],
         slope,
-        corners: [corner(corners[0]), corner(corners[1]), corner(corners[2])],
+        corners: [
+            [a[x].into(), a[y].into(), a[z].into()],
+            [b[x].into(), b[y].into(), b[z].into()],
+            [c[x].into(), c[y].into(), c[z].into()],
+        ],
     }
 }
 

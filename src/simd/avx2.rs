@@ -83,21 +83,21 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn load_columns<const N: usize>(
-        self,
-        from: &[f32],
-        base: usize,
-        stride: usize,
-        columns: &[u32; N],
-    ) -> [F32x8; N] {
-        let last = columns.iter().fold(0, |last, &column| last.max(column as usize));
+    fn load_columns<const N: usize>(self, from: &[f32], base: usize, stride: usize, columns: &[u32; N]) -> [F32x8; N] {
+        let mut last = 0;
+        for &column in columns {
+            last = last.max(column as usize);
+        }
         // The first two keep the sum from overflowing.
         let inside = base <= from.len() && stride <= WIDTH && base + last * stride + WIDTH <= from.len();
         assert!(inside, "a column ends beyond the slice");
-        columns.map(|column| {
+        // A loop rather than `map`: closures are not always inlined, and are compiled without AVX2 where they are not.
+        let mut loaded = [self.splat(0.0); N];
+        for (loaded, &column) in loaded.iter_mut().zip(columns) {
             // SAFETY: AVX2 is there, and no column begins behind the last one, which was just found to end inside.
-            F32x8(unsafe { _mm256_loadu_ps(from.as_ptr().add(base + column as usize * stride)) })
-        })
+            *loaded = F32x8(unsafe { _mm256_loadu_ps(from.as_ptr().add(base + column as usize * stride)) });
+        }
+        loaded
     }
 
     #[inline(always)]
@@ -112,9 +112,9 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, table: &[T], row: usize) {
-        let first = table.as_ptr().wrapping_add(row).cast::<i8>();
-        for line in 0..size_of::<T>().div_ceil(CACHE_LINE) {
+    fn prefetch<T>(self, table: &[T], first: usize, n_rows: usize) {
+        let first = table.as_ptr().wrapping_add(first).cast::<i8>();
+        for line in 0..(n_rows * size_of::<T>()).div_ceil(CACHE_LINE) {
             // SAFETY: a prefetch is a hint; it may be given any address and accesses nothing.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line * CACHE_LINE)) };
         }

@@ -63,8 +63,8 @@ pub trait Simd: Copy {
     /// Four numbers.
     fn load64(self, from: &[f64; WIDTH64]) -> Self::F64;
 
-    /// Asks for the memory of a row of a table ahead of time; a row beyond it is nothing to ask for.
-    fn prefetch<T>(self, table: &[T], row: usize);
+    /// Asks for the memory of rows of a table ahead of time.
+    fn prefetch<T>(self, table: &[T], first: usize, n_rows: usize);
 
     /// Packs the keys and values of the lanes that `order` names, in its order, into 64 bits each: the key with its
     /// last eight bits replaced by `tag`, above `value`. What stands behind the named ones is unspecified.
@@ -79,12 +79,7 @@ pub trait MaskLanes: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<O
 
 /// Eight f32. Comparisons with NaN are false.
 pub trait F32Lanes:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// Results of comparisons.
     type Mask: MaskLanes;
@@ -110,12 +105,7 @@ pub trait F32Lanes:
 /// One or more f64; a plain f64 is the case of one. All operations are rounded as IEEE 754 says, fused
 /// multiply-adds once.
 pub trait F64Lanes:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// Results of comparisons.
     type Mask: MaskLanes;

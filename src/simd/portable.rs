@@ -54,7 +54,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, _table: &[T], _row: usize) {}
+    fn prefetch<T>(self, _table: &[T], _first: usize, _n_rows: usize) {}
 
     #[inline(always)]
     fn pack(self, key: Self::F32, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]) {

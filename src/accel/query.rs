@@ -1,0 +1,166 @@
+//! What is asked of a batch of rays, and the batch on its way: where rays come from and answers go to.
+
+use super::describe::{self, Undescribed};
+use super::leaf;
+use super::walk::Walk;
+use super::wide::{Tag, WideTree};
+use super::{Accel, AccelKind, linear};
+use crate::numeric::prepared::PreparedRay;
+use crate::simd::Simd;
+use crate::world::{Hit, Ray, World};
+
+/// What a batch asks.
+pub trait Query {
+    /// The answer to one ray.
+    type Answer: Copy;
+    /// The answer to a ray that can hit nothing.
+    const NOTHING: Self::Answer;
+
+    /// The answer of the full scan.
+    fn scan(world: &World, ray: &PreparedRay) -> Self::Answer;
+
+    /// Asks the primitives outside of the tree; then a walk, or the answer where none is needed.
+    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Self::Answer>;
+
+    /// Tests a leaf; whether the walk is over.
+    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
+
+    /// The answer of a finished walk, or what is still to be described.
+    fn end(walk: &Walk, is_over: bool, ray_idx: usize) -> Result<Self::Answer, Undescribed>;
+
+    /// Describes what is still to be described.
+    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &[Undescribed], answers: &mut [Self::Answer]);
+}
+
+/// The closest hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Closest;
+
+/// Whether anything is hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Any;
+
+impl Query for Closest {
+    type Answer = Hit;
+    const NOTHING: Hit = Hit::MISS;
+
+    #[inline(always)]
+    fn scan(world: &World, ray: &PreparedRay) -> Hit {
+        linear::closest_hit(world, ray)
+    }
+
+    #[inline(always)]
+    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Hit> {
+        Ok(Walk::new(*ray, accel.closest_unbounded(world, ray)))
+    }
+
+    #[inline(always)]
+    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
+        leaf::closest(simd, tree, world, walk, first, tag);
+        false
+    }
+
+    #[inline(always)]
+    fn end(walk: &Walk, _is_over: bool, ray_idx: usize) -> Result<Hit, Undescribed> {
+        match walk.best.pending {
+            None => Ok(walk.best.hit),
+            Some(pending) => {
+                Err(Undescribed { ray_idx: ray_idx as u32, pending, shear: walk.ray.shear, tame: walk.ray.tame })
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &[Undescribed], answers: &mut [Hit]) {
+        describe::describe_all(simd, tree, rays, rest, answers);
+    }
+}
+
+impl Query for Any {
+    type Answer = bool;
+    const NOTHING: bool = false;
+
+    #[inline(always)]
+    fn scan(world: &World, ray: &PreparedRay) -> bool {
+        linear::occluded(world, ray)
+    }
+
+    #[inline(always)]
+    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, bool> {
+        for prim in &accel.unbounded {
+            if prim.intersect(world, ray).is_some() {
+                return Err(true);
+            }
+        }
+        Ok(Walk::new(*ray, Hit::MISS))
+    }
+
+    #[inline(always)]
+    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
+        leaf::any(simd, tree, world, walk, first, tag)
+    }
+
+    #[inline(always)]
+    fn end(_walk: &Walk, is_over: bool, _ray_idx: usize) -> Result<bool, Undescribed> {
+        Ok(is_over)
+    }
+
+    #[inline(always)]
+    fn describe<S: Simd>(_simd: S, _tree: &WideTree, _rays: &[Ray], _rest: &[Undescribed], _answers: &mut [bool]) {}
+}
+
+/// A batch on its way.
+pub struct Asked<'a, Q: Query> {
+    /// The structure.
+    pub accel: &'a Accel,
+    /// What it was built over.
+    pub world: &'a World,
+    /// The rays.
+    pub rays: &'a [Ray],
+    /// One answer per ray.
+    pub answers: &'a mut [Q::Answer],
+    /// The first ray that has not been started.
+    next: usize,
+    /// Rays whose answers are still to be described.
+    rest: Vec<Undescribed>,
+}
+
+impl<'a, Q: Query> Asked<'a, Q> {
+    /// Nothing started yet.
+    pub fn new(accel: &'a Accel, world: &'a World, rays: &'a [Ray], answers: &'a mut [Q::Answer]) -> Asked<'a, Q> {
+        Asked { accel, world, rays, answers, next: 0, rest: Vec::new() }
+    }
+
+    /// The next ray that has to walk, with its place in the batch; those before that need not are answered.
+    #[inline(always)]
+    pub fn start(&mut self) -> Option<(Walk, usize)> {
+        while self.next < self.rays.len() {
+            let ray_idx = self.next;
+            self.next += 1;
+            self.answers[ray_idx] = match self.rays[ray_idx].prepare() {
+                None => Q::NOTHING,
+                Some(ray) if self.accel.kind == AccelKind::Linear => Q::scan(self.world, &ray),
+                Some(ray) => match Q::begin(self.accel, self.world, &ray) {
+                    Ok(walk) => return Some((walk, ray_idx)),
+                    Err(answer) => answer,
+                },
+            }
+        }
+        None
+    }
+
+    /// Takes the result of a walk.
+    #[inline(always)]
+    pub fn end(&mut self, walk: &Walk, is_over: bool, ray_idx: usize) {
+        match Q::end(walk, is_over, ray_idx) {
+            Ok(answer) => self.answers[ray_idx] = answer,
+            Err(undescribed) => self.rest.push(undescribed),
+        }
+    }
+
+    /// Describes what is left once all have ended.
+    #[inline(always)]
+    pub fn describe<S: Simd>(&mut self, simd: S) {
+        Q::describe(simd, &self.accel.tree, self.rays, &self.rest, self.answers);
+    }
+}
