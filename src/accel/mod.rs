@@ -105,7 +105,13 @@ impl Accel {
     pub fn build_with(world: &World, kind: AccelKind, preset: Preset) -> Accel {
         let _ = preset;
         if kind == AccelKind::Linear {
-            return Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree: WideTree::default(), unbounded: Vec::new() };
+            return Accel {
+                kind,
+                isa: Isa::detect(),
+                mode: Mode::default(),
+                tree: WideTree::default(),
+                unbounded: Vec::new(),
+            };
         }
         let (mut prims, mut boxes, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
         prims.reserve_exact(world.n_prims());
