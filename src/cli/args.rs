@@ -97,6 +97,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Test the kernels against exact arithmetic
     Stress(super::stress::Args),
+    /// Measure speed
+    Bench(super::bench::Args),
 }
 
 /// Arguments of `flatray render`.

@@ -3,15 +3,16 @@
 //! | room | does |
 //! |---|---|
 //! | `args`, `value` | what may be said, and how it is read |
-//! | `render`, `info`, `diff`, `stress` | one command each |
+//! | `render`, `info`, `diff`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
 //! | `plan`, `output` | what a render will do and write, settled before it starts |
-//! | `progress`, `stats`, `info_text`, `quantity` | what is shown |
+//! | `progress`, `stats`, `info_text`, `throughput_text`, `quantity` | what is shown |
 //! | `diagnostic`, `terminal` | how problems look, and where text goes |
 //! | `files` | where the library reads and writes files |
 //! | `interrupt`, `memory` | signals, and what the machine has |
 //! | `failure` | exit codes |
 
 mod args;
+mod bench;
 mod diagnostic;
 mod diff;
 mod failure;
@@ -28,6 +29,8 @@ mod render;
 mod stats;
 mod stress;
 mod terminal;
+mod throughput;
+mod throughput_text;
 mod value;
 
 use std::process::ExitCode;
@@ -46,6 +49,7 @@ pub fn main() -> ExitCode {
         Ok(Cli { command: Some(Command::Info(args)) }) => (info::run(&args), "nothing to tell"),
         Ok(Cli { command: Some(Command::Diff(args)) }) => (diff::run(&args), "nothing was compared"),
         Ok(Cli { command: Some(Command::Stress(args)) }) => (stress::run(&args), "nothing was tested"),
+        Ok(Cli { command: Some(Command::Bench(args)) }) => (bench::run(&args), "nothing was measured"),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -56,15 +56,15 @@ pub fn check(args: &RenderArgs) -> Result<(), Failure> {
 
 /// What the command line changes about a scene before it is compiled.
 pub fn overrides(args: &RenderArgs) -> Overrides {
-    Overrides {
-        width_px: args.width,
-        height_px: args.height,
-        fov_y_degrees: args.fov,
-        up: args.up.map(|up| match up {
-            UpArg::Y => UpAxis::Y,
-            UpArg::Z => UpAxis::Z,
-        }),
-    }
+    Overrides { width_px: args.width, height_px: args.height, fov_y_degrees: args.fov, up: up_axis(args.up) }
+}
+
+/// The axis that `--up` names.
+pub fn up_axis(up: Option<UpArg>) -> Option<UpAxis> {
+    up.map(|up| match up {
+        UpArg::Y => UpAxis::Y,
+        UpArg::Z => UpAxis::Z,
+    })
 }
 
 /// Threads asked for, or one per core.

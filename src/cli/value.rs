@@ -44,6 +44,22 @@ pub fn crop(text: &str) -> Result<Region, String> {
     Ok(Region { x0, y0, x1, y1 })
 }
 
+/// The size of an image: `WIDTHxHEIGHT` in pixels.
+pub fn resolution(text: &str) -> Result<[u32; 2], String> {
+    let lengths: Vec<u32> = text.split('x').map_while(|part| part.trim().parse().ok()).collect();
+    match lengths.as_slice() {
+        &[width, height] if (1..=65_535).contains(&width) && (1..=65_535).contains(&height) => Ok([width, height]),
+        _ => Err("expected WIDTHxHEIGHT from 1x1 to 65535x65535".to_owned()),
+    }
+}
+
+/// A whole number from 1 to `max`; 1e6 is one.
+pub fn count(text: &str, max: u32) -> Result<u32, String> {
+    let value = number(&text.replace('_', ""))?;
+    let inside = value.fract() == 0.0 && (1.0..=f64::from(max)).contains(&value);
+    inside.then_some(value as u32).ok_or_else(|| format!("expected a whole number from 1 to {max}, such as 1e6"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,6 +74,16 @@ mod tests {
         for empty in ["3,0,3,4", "0,4,4,4", "4,0,3,4"] {
             assert!(crop(empty).unwrap_err().contains("empty"), "{empty}");
         }
+    }
+
+    #[test]
+    fn sizes_and_counts_are_whole_and_at_least_one() {
+        assert_eq!(resolution("640x480"), Ok([640, 480]));
+        for wrong in ["", "640", "640x", "0x1", "1x2x3", "axb", "70000x1"] {
+            assert!(resolution(wrong).unwrap_err().contains("WIDTHxHEIGHT"), "{wrong}");
+        }
+        assert_eq!(count("2.5e3", 5000), Ok(2500));
+        assert!(count("0", 9).is_err() && count("10", 9).is_err() && count("1.5", 9).is_err());
     }
 
     #[test]

@@ -1,6 +1,32 @@
 //! Geometry made for measuring: the same on every machine.
 
-use glam::Vec3;
+pub mod building;
+pub mod sphereflake;
+
+use glam::{DVec3, Vec3};
+
+use crate::error::Error;
+use crate::world::{Camera, World};
+
+/// A terrain of about `n_triangles` with two lights, one of them low.
+///
+/// # Errors
+/// When it has more rows than a table.
+pub fn terrain_world(n_triangles: u32) -> Result<World, Error> {
+    let n = (0.5 * f64::from(n_triangles)).sqrt().round().max(1.0);
+    let (positions, triangles) = terrain(n as u32);
+    let mut world = World::from_triangles(positions, triangles)?;
+    world.two_sided = true;
+    world.lights.add(DVec3::new(2.0, 3.0, 1.0), DVec3::splat(0.6));
+    world.lights.add(DVec3::new(-3.0, 1.0, -0.5), DVec3::splat(0.4));
+    Ok(world)
+}
+
+/// Over the terrain, from a corner to its middle.
+pub fn terrain_camera(width_px: u32, height_px: u32) -> Camera {
+    let frame = Camera::look_at_frame(DVec3::new(0.7, 0.6, 1.1), DVec3::new(0.0, -0.1, 0.0), DVec3::Y);
+    Camera { world_from_camera: frame.unwrap_or_default(), fov_y_radians: 45f64.to_radians(), width_px, height_px }
+}
 
 /// A fractal terrain over [−1, 1]² in x and z, y up: `2·n·n` triangles. Value noise in six octaves, heights from an
 /// integer hash and rounded once, so that bits do not depend on the machine.
