@@ -8,8 +8,9 @@ const ROOMS: [&str; 10] = ["error", "numeric", "simd", "world", "scene", "accel"
 /// What each room may import; `error` may import nothing of ours.
 fn may_import(room: &str) -> &'static [&'static str] {
     match room {
-        "error" | "numeric" | "simd" => &[],
-        "world" => &["numeric", "error"],
+        "error" | "simd" => &[],
+        "numeric" => &["simd"],
+        "world" => &["numeric", "simd", "error"],
         "scene" => &["world", "numeric", "error"],
         "accel" => &["world", "numeric", "simd"],
         "film" => &["numeric", "error"],

@@ -4,7 +4,7 @@ use super::walk::Pending;
 use super::wide::WideTree;
 use crate::numeric::edge::{Sheared, shear};
 use crate::numeric::plane::{Pair, divide, plane_quotient};
-use crate::numeric::prepared::Shear;
+use crate::numeric::prepared::AXES;
 use crate::numeric::ratio::{ACCEPTED_RELATIVE_ERROR, Parameter};
 use crate::numeric::triangle::{self, TriangleHit};
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
@@ -17,8 +17,8 @@ pub struct Undescribed {
     pub ray_idx: u32,
     /// What it hit.
     pub pending: Pending,
-    /// Its shear.
-    pub shear: Shear,
+    /// The axis along which its direction is longest.
+    pub axis: u8,
     /// Whether its numbers are tame.
     pub tame: bool,
 }
@@ -35,7 +35,6 @@ pub fn describe_all<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], undescribed
 struct Columns {
     origin: [[f64; WIDTH64]; 3],
     direction: [[f64; WIDTH64]; 3],
-    slope: [[f64; WIDTH64]; 2],
     corners: [[[f64; WIDTH64]; 3]; 3],
 }
 
@@ -46,16 +45,12 @@ fn load_vector<S: Simd>(simd: S, columns: &[[f64; WIDTH64]; 3]) -> [S::F64; 3] {
 
 #[inline(always)]
 fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
-    let mut columns = Columns {
-        origin: [[0.0; WIDTH64]; 3],
-        direction: [[0.0; WIDTH64]; 3],
-        slope: [[0.0; WIDTH64]; 2],
-        corners: [[[0.0; WIDTH64]; 3]; 3],
-    };
+    let mut columns =
+        Columns { origin: [[0.0; WIDTH64]; 3], direction: [[0.0; WIDTH64]; 3], corners: [[[0.0; WIDTH64]; 3]; 3] };
     for lane in 0..WIDTH64 {
         // Lanes without a ray repeat the last one.
         let of = &four[lane.min(four.len() - 1)];
-        let Shear { axes, slope } = of.shear;
+        let axes = AXES[of.axis as usize % 3];
         let ray = &rays[of.ray_idx as usize];
         let Pending { first, n_prims, lane: triangle } = of.pending;
         let corners = tree.corners_of(first as usize, n_prims.into(), triangle.into());
@@ -66,8 +61,6 @@ fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
                 columns.corners[j][i][lane] = f64::from(corner[axis]);
             }
         }
-        columns.slope[0][lane] = slope[0];
-        columns.slope[1][lane] = slope[1];
     }
     columns
 }
@@ -80,7 +73,6 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
     let pair = Pair {
         origin: load_vector(simd, &columns.origin),
         direction: load_vector(simd, &columns.direction),
-        slope: [simd.load64(&columns.slope[0]), simd.load64(&columns.slope[1])],
         corners: [load_vector(simd, &a), load_vector(simd, &b), load_vector(simd, &c)],
     };
 

@@ -20,7 +20,7 @@ pub trait Query {
     fn scan(world: &World, ray: &PreparedRay) -> Self::Answer;
 
     /// Asks the primitives outside of the tree; then a walk, or the answer where none is needed.
-    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Self::Answer>;
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Self::Answer>;
 
     /// Tests a leaf; whether the walk is over.
     fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
@@ -50,8 +50,8 @@ impl Query for Closest {
     }
 
     #[inline(always)]
-    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Hit> {
-        Ok(Walk::new(*ray, accel.closest_unbounded(world, ray)))
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Hit> {
+        Ok(Walk::new(simd, *ray, accel.closest_unbounded(world, ray)))
     }
 
     #[inline(always)]
@@ -65,7 +65,7 @@ impl Query for Closest {
         match walk.best.pending {
             None => Ok(walk.best.hit),
             Some(pending) => {
-                Err(Undescribed { ray_idx: ray_idx as u32, pending, shear: walk.ray.shear, tame: walk.ray.tame })
+                Err(Undescribed { ray_idx: ray_idx as u32, pending, axis: walk.ray.axis as u8, tame: walk.ray.tame })
             }
         }
     }
@@ -86,13 +86,13 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, bool> {
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, bool> {
         for prim in &accel.unbounded {
             if prim.intersect(world, ray).is_some() {
                 return Err(true);
             }
         }
-        Ok(Walk::new(*ray, Hit::MISS))
+        Ok(Walk::new(simd, *ray, Hit::MISS))
     }
 
     #[inline(always)]
@@ -133,14 +133,14 @@ impl<'a, Q: Query> Asked<'a, Q> {
 
     /// The next ray that has to walk, with its place in the batch; those before that need not are answered.
     #[inline(always)]
-    pub fn start(&mut self) -> Option<(Walk, usize)> {
+    pub fn start<S: Simd>(&mut self, simd: S) -> Option<(Walk, usize)> {
         while self.next < self.rays.len() {
             let ray_idx = self.next;
             self.next += 1;
-            self.answers[ray_idx] = match self.rays[ray_idx].prepare() {
+            self.answers[ray_idx] = match self.rays[ray_idx].prepare_with(simd) {
                 None => Q::NOTHING,
                 Some(ray) if self.accel.kind == AccelKind::Linear => Q::scan(self.world, &ray),
-                Some(ray) => match Q::begin(self.accel, self.world, &ray) {
+                Some(ray) => match Q::begin(simd, self.accel, self.world, &ray) {
                     Ok(walk) => return Some((walk, ray_idx)),
                     Err(answer) => answer,
                 },

@@ -32,7 +32,7 @@ const N_REMEMBERED: usize = 1 << 14;
 pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let (accel, world) = (asked.accel, asked.world);
     let mut stack = Stack::new(&accel.tree);
-    while let Some((mut walk, ray_idx)) = asked.start() {
+    while let Some((mut walk, ray_idx)) = asked.start(simd) {
         let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
         asked.end(&walk, is_over, ray_idx);
     }

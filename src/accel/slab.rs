@@ -5,9 +5,9 @@
 //! direction towards zero for the near planes and away from it for the far ones, each with a margin of
 //! [`INVERSE_MARGIN`] for the subtraction and the product. The bound is derived in `docs/NUMERICS.md`.
 
-use crate::numeric::prepared::PreparedRay;
-use crate::numeric::rounding::{f32_at_least, f32_at_most};
-use crate::simd::{F32Lanes, MaskLanes, Simd};
+use crate::numeric::prepared::{PreparedRay, lanes};
+use crate::numeric::rounding::f32_at_most;
+use crate::simd::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH64};
 
 /// Children of a node.
 pub const WIDTH: usize = crate::simd::WIDTH;
@@ -24,20 +24,30 @@ pub struct Slabs {
 /// subtraction and of the product.
 const INVERSE_MARGIN: f64 = 1.0 / (1 << 21) as f64;
 
-/// A ray as the box test wants it.
+/// A ray as the box test wants it; the last number of each array is not used.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
-    /// Plane by which the ray enters and leaves, by axis.
-    near_plane: [u32; 3],
-    far_plane: [u32; 3],
-    near_origin: [f32; 3],
-    far_origin: [f32; 3],
-    near_inverse: [f32; 3],
-    far_inverse: [f32; 3],
+    near_origin: [f32; WIDTH64],
+    far_origin: [f32; WIDTH64],
+    near_inverse: [f32; WIDTH64],
+    far_inverse: [f32; WIDTH64],
     t_min: f32,
     /// Bit k is set where the ray runs down axis k.
     pub octant: u8,
 }
+
+/// The planes by which a ray of an octant enters and leaves a box, by axis.
+const PLANES: [[[u32; 2]; 3]; 8] = {
+    let mut planes = [[[0; 2]; 3]; 8];
+    let mut i = 0;
+    while i < 24 {
+        let (octant, axis) = (i / 3, i % 3);
+        let lower = axis as u32;
+        planes[octant][axis] = if octant >> axis & 1 == 1 { [lower + 3, lower] } else { [lower, lower + 3] };
+        i += 1;
+    }
+    planes
+};
 
 impl Slabs {
     /// Eight unused slots.
@@ -48,38 +58,35 @@ impl Slabs {
 }
 
 impl SlabRay {
-    /// Rounds a ray outwards.
+    /// Rounds a ray outwards. `inverse` is 1 over its direction, within an ulp, where −0.0 counts as 0.0: a parallel ray is
+    /// treated as running upwards on every axis.
     #[inline(always)]
-    pub fn new(ray: &PreparedRay) -> SlabRay {
+    pub fn new<S: Simd>(simd: S, ray: &PreparedRay, inverse: S::F64) -> SlabRay {
+        let negative = inverse.lt(simd.splat64(0.0));
+        let [down, up] = lanes(simd, ray.origin).outwards();
+        // Away from zero may overflow to ∞: 0·∞ = NaN is then ignored by the comparisons. Towards zero stays finite,
+        // since ∞ would be no lower bound.
+        let size = inverse.abs();
+        let [near, _] = (size * simd.splat64(1.0 - INVERSE_MARGIN)).outwards();
+        let [_, far] = (size * simd.splat64(1.0 + INVERSE_MARGIN)).outwards();
+        let octant = negative.bits() as u8 & 0b111;
         let mut slab_ray = SlabRay {
-            near_plane: [0; 3],
-            far_plane: [0; 3],
-            near_origin: [0.0; 3],
-            far_origin: [0.0; 3],
-            near_inverse: [0.0; 3],
-            far_inverse: [0.0; 3],
+            near_origin: up,
+            far_origin: down,
+            near_inverse: near,
+            far_inverse: far,
             // −0.0 would make a key that is greater than all others.
             t_min: f32_at_most(ray.t_min) + 0.0,
-            octant: 0,
+            octant,
         };
         for axis in 0..3 {
-            // −0.0 becomes 0.0, so that a parallel ray is treated as running upwards on every axis.
-            let (origin, direction) = (ray.origin[axis], ray.direction[axis] + 0.0);
-            let (up, down) = (f32_at_least(origin), f32_at_most(origin));
-            // Away from zero may overflow to ∞: 0·∞ = NaN is then ignored by the comparisons. Towards zero stays
-            // finite, since ∞ would be no lower bound.
-            let size = (1.0 / direction).abs();
-            let near = f32_at_most(size * (1.0 - INVERSE_MARGIN)).min(f32::MAX);
-            let far = f32_at_least(size * (1.0 + INVERSE_MARGIN));
-            let negative = direction < 0.0;
-            let bit = u8::from(negative);
-            slab_ray.octant |= bit << axis;
-            slab_ray.near_plane[axis] = axis as u32 + 3 * u32::from(bit);
-            slab_ray.far_plane[axis] = axis as u32 + 3 * u32::from(1 - bit);
-            slab_ray.near_origin[axis] = if negative { down } else { up };
-            slab_ray.far_origin[axis] = if negative { up } else { down };
-            slab_ray.near_inverse[axis] = if negative { -near } else { near };
-            slab_ray.far_inverse[axis] = if negative { -far } else { far };
+            let runs_down = octant >> axis & 1 == 1;
+            let sign = if runs_down { -1.0 } else { 1.0 };
+            slab_ray.near_inverse[axis] = sign * slab_ray.near_inverse[axis].min(f32::MAX);
+            slab_ray.far_inverse[axis] *= sign;
+            if runs_down {
+                (slab_ray.near_origin[axis], slab_ray.far_origin[axis]) = (down[axis], up[axis]);
+            }
         }
         slab_ray
     }
@@ -94,8 +101,8 @@ impl SlabRay {
         let mut t_near = simd.splat(self.t_min);
         let mut t_far = simd.splat(t_max);
         for axis in 0..3 {
-            let near = simd.load(&slabs.planes[self.near_plane[axis] as usize]);
-            let far = simd.load(&slabs.planes[self.far_plane[axis] as usize]);
+            let [near, far] = PLANES[self.octant as usize % 8][axis];
+            let (near, far) = (simd.load(&slabs.planes[near as usize]), simd.load(&slabs.planes[far as usize]));
             let enter = (near - simd.splat(self.near_origin[axis])) * simd.splat(self.near_inverse[axis]);
             let leave =
                 (far - simd.splat(self.far_origin[axis])).mul_add(simd.splat(self.far_inverse[axis]), underflow);
@@ -110,6 +117,7 @@ impl SlabRay {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accel::walk::inverse;
     use crate::simd::Portable;
     use glam::{DVec3, dvec3};
 
@@ -124,7 +132,8 @@ mod tests {
 
     fn mask(origin: DVec3, direction: DVec3, slabs: &Slabs) -> u32 {
         let ray = PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap();
-        SlabRay::new(&ray).hits(Portable, slabs, f32::INFINITY).1
+        let inverse = inverse(Portable, direction);
+        SlabRay::new(Portable, &ray, inverse).hits(Portable, slabs, f32::INFINITY).1
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let mut lists = Lists { flights: [[0; IN_FLIGHT]; 3], n: [0; 3] };
     let mut number = 0;
     while flights.len() < IN_FLIGHT
-        && let Some((walk, ray_idx)) = asked.start()
+        && let Some((walk, ray_idx)) = asked.start(simd)
     {
         number += 1;
         lists.add(NODE, flights.len());
@@ -89,7 +89,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
             let index = usize::from(lists.flights[ENDED][i]) % IN_FLIGHT;
             let Some(flight) = flights.get_mut(index) else { continue };
             asked.end(&flight.walk, flight.is_over, flight.ray_idx);
-            if let Some((walk, ray_idx)) = asked.start() {
+            if let Some((walk, ray_idx)) = asked.start(simd) {
                 number += 1;
                 (flight.walk, flight.ray_idx, flight.number) = (walk, ray_idx, number);
                 (flight.item, flight.n_items, flight.is_over) = (Item::ROOT, 0, false);

@@ -1,10 +1,13 @@
 //! A ray on its way through the tree, and what it has found so far.
 
+use glam::DVec3;
+
 use super::order::Item;
 use super::slab::SlabRay;
 use crate::numeric::lane::LaneRay;
-use crate::numeric::prepared::PreparedRay;
+use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
+use crate::simd::{F64Lanes, Simd};
 use crate::world::Hit;
 
 /// A ray on its way.
@@ -49,13 +52,14 @@ pub struct Pending {
 impl Walk {
     /// Starts a ray with a hit that it is known to have, if any.
     #[inline(always)]
-    pub fn new(mut ray: PreparedRay, hit: Hit) -> Walk {
+    pub fn new<S: Simd>(simd: S, mut ray: PreparedRay, hit: Hit) -> Walk {
         if hit.is_some() {
             ray.t_max = ray.t_max.min(hit.t.next_up());
         }
+        let inverse = inverse(simd, ray.direction);
         Walk {
-            slab: SlabRay::new(&ray),
-            lane: LaneRay::new(&ray),
+            slab: SlabRay::new(simd, &ray, inverse),
+            lane: LaneRay::new(&ray, &inverse.to_array()),
             best: Best::exact(hit),
             t_max: f32_at_least(ray.t_max),
             ray,
@@ -84,6 +88,12 @@ impl Walk {
         self.t_max = t_high;
         self.ray.t_max = f64::from(t_high).next_up();
     }
+}
+
+/// 1 over a direction, −0.0 counting as 0.0.
+#[inline(always)]
+pub fn inverse<S: Simd>(simd: S, direction: DVec3) -> S::F64 {
+    simd.splat64(1.0) / (lanes(simd, direction) + simd.splat64(0.0))
 }
 
 impl Best {

@@ -17,16 +17,20 @@ pub struct Sheared<F> {
     pub largest_depth: F,
 }
 
-/// The first-order error of an edge function is below 16·u·m·(m + Z), where m is the largest sheared coordinate and Z
+/// The first-order error of an edge function is below 20·u·m·(m + Z), where m is the largest sheared coordinate and Z
 /// the largest depth (`docs/NUMERICS.md`); the rest covers the second order and the rounding of the bound.
-pub const EDGE_ERROR: f64 = 16.5;
+pub const EDGE_ERROR: f64 = 20.5;
 
 /// Shears a triangle so that the ray runs along z, and evaluates its edge functions at the ray.
 ///
 /// (Spelled out: closures over arrays are not always inlined, and a call here costs a third.)
 #[inline(always)]
 pub fn shear<F: F64Lanes>(pair: &Pair<F>) -> Sheared<F> {
-    let (a, b, c) = (seen(pair, pair.corners[0]), seen(pair, pair.corners[1]), seen(pair, pair.corners[2]));
+    // One division for both slopes; each is within 2u.
+    let reciprocal = pair.direction[2].same(1.0) / pair.direction[2];
+    let slope = [pair.direction[0] * reciprocal, pair.direction[1] * reciprocal];
+    let (a, b, c) =
+        (seen(pair, slope, pair.corners[0]), seen(pair, slope, pair.corners[1]), seen(pair, slope, pair.corners[2]));
     let weights = [b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0], a[0] * b[1] - a[1] * b[0]];
     let m = a[0].abs().max(b[0].abs()).max(c[0].abs()).max(a[1].abs().max(b[1].abs()).max(c[1].abs()));
     let largest_depth = a[2].abs().max(b[2].abs()).max(c[2].abs());
@@ -37,7 +41,7 @@ pub fn shear<F: F64Lanes>(pair: &Pair<F>) -> Sheared<F> {
 
 /// A corner seen from the origin, sheared so that the ray runs along z.
 #[inline(always)]
-fn seen<F: F64Lanes>(pair: &Pair<F>, corner: [F; 3]) -> [F; 3] {
+fn seen<F: F64Lanes>(pair: &Pair<F>, slope: [F; 2], corner: [F; 3]) -> [F; 3] {
     let [x, y, z] = [corner[0] - pair.origin[0], corner[1] - pair.origin[1], corner[2] - pair.origin[2]];
-    [x - pair.slope[0] * z, y - pair.slope[1] * z, z]
+    [x - slope[0] * z, y - slope[1] * z, z]
 }

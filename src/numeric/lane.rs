@@ -8,11 +8,10 @@
 
 use glam::DVec3;
 
-use super::edge::EDGE_ERROR;
 use super::prepared::PreparedRay;
 use super::rounding::{f32_at_least, f32_at_most};
 use super::triangle::LARGEST_SHARE;
-use crate::simd::{F32Lanes, MaskLanes, Simd};
+use crate::simd::{F32Lanes, MaskLanes, Simd, WIDTH64};
 
 /// Unit roundoff of f32, 2⁻²⁴.
 const U32: f32 = f32::EPSILON / 2.0;
@@ -20,25 +19,28 @@ const U32: f32 = f32::EPSILON / 2.0;
 /// A ray as the lanes want it, in its sheared axes.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneRay {
-    /// Where the nine coordinates of a triangle stand among its columns, corner by corner.
-    pub columns: [u32; 9],
     /// Origin, rounded.
-    pub origin: [f32; 3],
+    origin: [f32; 3],
     /// Slopes, rounded.
-    pub slope: [f32; 2],
+    slope: [f32; 2],
     /// What the rounding of the origin adds to Z in the bound of an edge function.
-    pub reach: f32,
+    reach: f32,
     /// What it adds to the error of a depth.
-    pub slack: f32,
+    slack: f32,
     /// 1 over the direction along the last axis. NaN where f32 cannot hold it well: no interval is then certain.
-    pub reciprocal: f32,
+    reciprocal: f32,
     /// An f32 above the interval's lower end: what is larger certainly lies inside.
     pub t_min_above: f32,
     /// An f32 below it: what is smaller certainly lies outside.
     pub t_min_below: f32,
     /// An f32 below the interval's upper end as it was at first.
     pub t_max_below: f32,
+    /// The axis along which the direction is longest.
+    axis: u8,
 }
+
+/// Where the nine coordinates of a triangle stand among its columns, by that axis.
+const COLUMNS: [[u32; 9]; 3] = [[1, 2, 0, 4, 5, 3, 7, 8, 6], [2, 0, 1, 5, 3, 4, 8, 6, 7], [0, 1, 2, 3, 4, 5, 6, 7, 8]];
 
 /// Eight triangles seen along a ray.
 #[derive(Clone, Copy, Debug)]
@@ -49,35 +51,40 @@ pub struct LaneEdges<F> {
     largest_depth: F,
 }
 
+/// The first-order error of an edge function is below 16·u·m·(m + Z) in f32, where a slope is within u; the rest covers
+/// the second order and the rounding of the bound.
+const EDGE_ERROR: f32 = 16.5;
+
 impl LaneRay {
-    /// Rounds a ray.
+    /// Rounds a ray. `inverse` is 1 over its direction, within an ulp.
     #[inline(always)]
-    pub fn new(ray: &PreparedRay) -> LaneRay {
-        let [x, y, z] = ray.shear.axes;
+    pub fn new(ray: &PreparedRay, inverse: &[f64; WIDTH64]) -> LaneRay {
+        let [x, y, z] = ray.axes();
         let origin = DVec3::new(ray.origin[x], ray.origin[y], ray.origin[z]);
         let rounded = origin.as_vec3();
         // Infinite where the origin is beyond f32: every lane is then left open.
         let residual = (origin - rounded.as_dvec3()).abs().max_element() as f32 * (1.0 + f32::EPSILON);
-        let reciprocal = (1.0 / ray.direction[z]) as f32;
+        let inverse = inverse[z];
+        let reciprocal = inverse as f32;
         let sound = (SMALLEST_RECIPROCAL..=1.0 / SMALLEST_RECIPROCAL).contains(&reciprocal.abs());
-        let (x, y, z) = (x as u32, y as u32, z as u32);
         LaneRay {
-            columns: [x, y, z, 3 + x, 3 + y, 3 + z, 6 + x, 6 + y, 6 + z],
             origin: rounded.to_array(),
-            slope: [ray.shear.slope[0] as f32, ray.shear.slope[1] as f32],
+            slope: [(ray.direction[x] * inverse) as f32, (ray.direction[y] * inverse) as f32],
             reach: residual * (0.5 / U32),
             slack: 4.0 * residual,
             reciprocal: if sound { reciprocal } else { f32::NAN },
             t_min_above: f32_at_least(ray.t_min),
             t_min_below: f32_at_most(ray.t_min),
             t_max_below: f32_at_most(ray.t_max),
+            axis: z as u8,
         }
     }
 
     /// The edge functions of eight triangles whose columns begin at `base` and are `stride` apart.
     #[inline(always)]
     pub fn edges<S: Simd>(&self, simd: S, corners: &[f32], base: usize, stride: usize) -> LaneEdges<S::F32> {
-        let [ax, ay, az, bx, by, bz, cx, cy, cz] = simd.load_columns(corners, base, stride, &self.columns);
+        let [ax, ay, az, bx, by, bz, cx, cy, cz] =
+            simd.load_columns(corners, base, stride, &COLUMNS[self.axis as usize % 3]);
         let (ox, oy, oz) = (simd.splat(self.origin[0]), simd.splat(self.origin[1]), simd.splat(self.origin[2]));
         let (sx, sy) = (simd.splat(-self.slope[0]), simd.splat(-self.slope[1]));
         let (az, bz, cz) = (az - oz, bz - oz, cz - oz);
@@ -89,7 +96,7 @@ impl LaneRay {
         let largest_depth = az.abs().max(bz.abs()).max(cz.abs());
         let reach = largest_depth + simd.splat(self.reach);
         // The product overflows where those of the edge functions may.
-        let error = (m * (m + reach)).mul_add(simd.splat(EDGE_ERROR as f32 * U32), simd.splat(f32::MIN_POSITIVE));
+        let error = (m * (m + reach)).mul_add(simd.splat(EDGE_ERROR * U32), simd.splat(f32::MIN_POSITIVE));
         LaneEdges { weights, error, depths: [az, bz, cz], largest_depth }
     }
 

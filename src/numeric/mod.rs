@@ -13,10 +13,11 @@ pub mod prepared;
 pub mod quadratic;
 pub mod quadric;
 pub mod ratio;
-pub mod rounding;
 pub mod sphere;
 pub mod tally;
 pub mod triangle;
+
+pub use crate::simd::rounding;
 
 /// Unit roundoff of f64, 2⁻⁵³: the largest relative error of one rounded operation.
 pub const U: f64 = f64::EPSILON / 2.0;

@@ -15,8 +15,6 @@ pub struct Pair<F> {
     pub origin: [F; 3],
     /// Direction of the ray.
     pub direction: [F; 3],
-    /// Direction along the first two axes over that along the last.
-    pub slope: [F; 2],
     /// Corners of the triangle.
     pub corners: [[F; 3]; 3],
 }

@@ -2,16 +2,7 @@
 
 use glam::DVec3;
 
-use super::double::is_tame3;
-
-/// A ray as the triangle test wants it; made once per ray.
-#[derive(Clone, Copy, Debug)]
-pub struct Shear {
-    /// Axes in cyclic order, the last the one along which the direction is longest.
-    pub axes: [usize; 3],
-    /// Direction components along the first two axes over that along the last.
-    pub slope: [f64; 2],
-}
+use crate::simd::{F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
 
 /// A finite ray of non-zero direction.
 #[derive(Clone, Copy, Debug)]
@@ -24,46 +15,94 @@ pub struct PreparedRay {
     pub t_min: f64,
     /// Open upper end of the interval.
     pub t_max: f64,
-    /// The shear of the direction.
-    pub shear: Shear,
+    /// The axis along which the direction is longest; of equal ones the first.
+    pub axis: usize,
     /// Whether origin and direction are tame in the sense of [`is_tame`](super::double::is_tame).
     pub tame: bool,
 }
+
+/// The ends of what [`is_tame`](super::double::is_tame) holds for, the upper one exclusive.
+const TAME: [f64; 2] = [f64::from_bits((1023 - 150) << 52), f64::from_bits((1023 + 151) << 52)];
+
+/// A vector in lanes; the last one is no part of it.
+#[inline(always)]
+pub fn lanes<S: Simd>(simd: S, v: DVec3) -> S::F64 {
+    simd.load64(&[v.x, v.y, v.z, 1.0])
+}
+
+const _: () = assert!(WIDTH64 == 4);
 
 impl PreparedRay {
     /// Prepares a ray. `None` for one that hits nothing: a component is NaN or infinite, the direction is zero, or the
     /// interval is empty, begins below 0 or has a NaN end.
     #[inline(always)]
     pub fn new(origin: DVec3, direction: DVec3, t_min: f64, t_max: f64) -> Option<PreparedRay> {
-        let sound =
-            origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO && t_min >= 0.0 && t_min < t_max;
-        if !sound {
+        PreparedRay::with_lanes(Portable, origin, direction, t_min, t_max)
+    }
+
+    /// [`PreparedRay::new`] in lanes.
+    #[inline(always)]
+    pub fn with_lanes<S: Simd>(
+        simd: S,
+        origin: DVec3,
+        direction: DVec3,
+        t_min: f64,
+        t_max: f64,
+    ) -> Option<PreparedRay> {
+        let (o, d) = (lanes(simd, origin).abs(), lanes(simd, direction).abs());
+        let infinity = simd.splat64(f64::INFINITY);
+        let finite = o.lt(infinity) & d.lt(infinity);
+        let zero = simd.splat64(0.0);
+        let directed = zero.lt(d).bits() & 0b111 != 0;
+        if !(finite.bits() == 0b1111 && directed && t_min >= 0.0 && t_min < t_max) {
             return None;
         }
+        let (smallest, largest) = (simd.splat64(TAME[0]), simd.splat64(TAME[1]));
+        let tame = ((smallest.le(o) & o.lt(largest)) | o.le(zero)) & ((smallest.le(d) & d.lt(largest)) | d.le(zero));
         Some(PreparedRay {
             origin,
             direction,
             t_min,
             t_max,
-            shear: Shear::new(direction),
-            tame: is_tame3(origin) && is_tame3(direction),
+            axis: longest_axis(direction),
+            tame: tame.bits() == 0b1111,
         })
+    }
+
+    /// The axes in cyclic order, the last the one along which the direction is longest.
+    #[inline(always)]
+    pub fn axes(&self) -> [usize; 3] {
+        AXES[self.axis % 3]
     }
 }
 
-impl Shear {
-    /// The shear that turns a direction into its longest axis. Equal lengths take the first.
-    #[inline(always)]
-    pub fn new(direction: DVec3) -> Shear {
-        let size = direction.abs();
-        let z = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        Shear { axes: [x, y, z], slope: [direction[x] / direction[z], direction[y] / direction[z]] }
+/// Axes in cyclic order, by the last.
+pub const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
+#[inline(always)]
+fn longest_axis(direction: DVec3) -> usize {
+    let size = direction.abs();
+    if size.x >= size.y && size.x >= size.z {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::double::is_tame;
+
+    #[test]
+    fn tame_is_the_same_in_lanes() {
+        let edges = [2f64.powi(-150), 2f64.powi(151)];
+        let values = edges.into_iter().flat_map(|x| [x.next_down(), x, x.next_up()]);
+        for x in values.chain([0.0, -0.0, 1.0, 5e-324, f64::MAX]).flat_map(|x| [x, -x]) {
+            let ray = PreparedRay::new(DVec3::new(1.0, x, 0.0), DVec3::X, 0.0, 1.0).unwrap();
+            assert_eq!(ray.tame, is_tame(x), "{x:e}");
+        }
     }
 }

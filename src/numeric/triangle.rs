@@ -12,7 +12,7 @@ use super::double::{Double3, two_product, two_sum};
 use super::dyadic::Dyadic;
 use super::edge::{Sheared, shear};
 use super::plane::{Pair, Quotient, plane_quotient};
-use super::prepared::{PreparedRay, Shear};
+use super::prepared::PreparedRay;
 use super::ratio::{Bounded, Parameter, Ratio, ratio_inside};
 use super::tally::count_exact_test;
 
@@ -98,7 +98,7 @@ impl Inside {
     /// cannot be known: it then decides nothing.
     #[inline(always)]
     fn t_range(&self, ray: &PreparedRay) -> (f64, f64) {
-        let direction = ray.direction[ray.shear.axes[2]];
+        let direction = ray.direction[ray.axis];
         let t = self.z / direction;
         let error = self.z_error / direction.abs() + 8.0 * U * t.abs();
         (t - error, t + error)
@@ -114,13 +114,12 @@ pub(crate) fn edge_functions(ray: &PreparedRay, corners: [Vec3; 3]) -> ([f64; 3]
 /// The ray and a triangle in the ray's axes.
 #[inline(always)]
 fn pair(ray: &PreparedRay, corners: [Vec3; 3]) -> Pair<f64> {
-    let Shear { axes: [x, y, z], slope } = ray.shear;
+    let [x, y, z] = ray.axes();
     let (o, d) = (ray.origin, ray.direction);
     let [a, b, c] = corners;
     Pair {
         origin: [o[x], o[y], o[z]],
         direction: [d[x], d[y], d[z]],
-        slope,
         corners: [
             [a[x].into(), a[y].into(), a[z].into()],
             [b[x].into(), b[y].into(), b[z].into()],

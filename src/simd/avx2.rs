@@ -292,4 +292,49 @@ impl F64Lanes for F64x4 {
         unsafe { _mm256_storeu_pd(array.as_mut_ptr(), self.0) };
         array
     }
+    #[inline(always)]
+    fn to_f32(self) -> [f32; WIDTH64] {
+        store_f32(intrinsic!(_mm256_cvtpd_ps(self.0)))
+    }
+    #[inline(always)]
+    fn outwards(self) -> [[f32; WIDTH64]; 2] {
+        // SAFETY: AVX2 is there, and the intrinsics take values only.
+        let (down, up) = unsafe {
+            // Zero without a sign, so that the sign tells which way the bits grow.
+            let nearest = _mm_add_ps(_mm256_cvtpd_ps(self.0), _mm_setzero_ps());
+            let back = _mm256_cvtps_pd(nearest);
+            let bits = _mm_castps_si128(nearest);
+            // 1 for positive numbers and zero, −1 for negative ones: the step to the next larger f32.
+            let step = _mm_or_si128(_mm_srai_epi32::<31>(bits), _mm_set1_epi32(1));
+            let above = narrow(_mm256_cmp_pd::<_CMP_GT_OQ>(back, self.0));
+            let below = narrow(_mm256_cmp_pd::<_CMP_LT_OQ>(back, self.0));
+            // The next below zero is no step of its bits, but the smallest negative number.
+            let is_zero = _mm_cmpeq_epi32(bits, _mm_setzero_si128());
+            let stepped = _mm_sub_epi32(bits, step);
+            let under = _mm_blendv_epi8(stepped, _mm_set1_epi32(i32::MIN + 1), is_zero);
+            (_mm_blendv_epi8(bits, under, above), _mm_add_epi32(bits, _mm_and_si128(below, step)))
+        };
+        // SAFETY: AVX2 is there, and the casts change no bit.
+        let (down, up) = unsafe { (_mm_castsi128_ps(down), _mm_castsi128_ps(up)) };
+        [store_f32(down), store_f32(up)]
+    }
+}
+
+#[inline(always)]
+fn store_f32(x: __m128) -> [f32; WIDTH64] {
+    let mut array = [0.0; WIDTH64];
+    // SAFETY: what lanes come from has AVX2, and the array takes the four f32 that are written.
+    unsafe { _mm_storeu_ps(array.as_mut_ptr(), x) };
+    array
+}
+
+/// Four masks of 64 bits to four of 32.
+#[inline(always)]
+fn narrow(mask: __m256d) -> __m128i {
+    // SAFETY: what lanes come from has AVX2, and the intrinsics take values only.
+    unsafe {
+        let mask = _mm256_castpd_ps(mask);
+        let (lower, upper) = (_mm256_castps256_ps128(mask), _mm256_extractf128_ps::<1>(mask));
+        _mm_castps_si128(_mm_shuffle_ps::<0b10_00_10_00>(lower, upper))
+    }
 }

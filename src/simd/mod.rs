@@ -12,6 +12,7 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod portable;
+pub mod rounding;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -124,6 +125,10 @@ pub trait F64Lanes:
     fn le(self, other: Self) -> Self::Mask;
     /// The lanes; one number stands in all of them.
     fn to_array(self) -> [f64; WIDTH64];
+    /// The lanes rounded to the nearest f32.
+    fn to_f32(self) -> [f32; WIDTH64];
+    /// The lanes rounded to f32, down and up; lanes must not be NaN.
+    fn outwards(self) -> [[f32; WIDTH64]; 2];
 }
 
 /// Work on a batch. Implementations mark `run`, and what it calls in its inner loops, `#[inline(always)]`: only what
@@ -190,6 +195,14 @@ impl F64Lanes for f64 {
     #[inline(always)]
     fn to_array(self) -> [f64; WIDTH64] {
         [self; WIDTH64]
+    }
+    #[inline(always)]
+    fn to_f32(self) -> [f32; WIDTH64] {
+        [self as f32; WIDTH64]
+    }
+    #[inline(always)]
+    fn outwards(self) -> [[f32; WIDTH64]; 2] {
+        [[rounding::f32_at_most(self); WIDTH64], [rounding::f32_at_least(self); WIDTH64]]
     }
 }
 

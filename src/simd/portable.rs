@@ -3,6 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+use super::rounding::{f32_at_least, f32_at_most};
 use super::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
 
 /// No instruction set beyond the baseline.
@@ -176,6 +177,14 @@ impl F64Lanes for Array<f64, WIDTH64> {
     #[inline(always)]
     fn to_array(self) -> [f64; WIDTH64] {
         self.0
+    }
+    #[inline(always)]
+    fn to_f32(self) -> [f32; WIDTH64] {
+        self.0.map(|x| x as f32)
+    }
+    #[inline(always)]
+    fn outwards(self) -> [[f32; WIDTH64]; 2] {
+        [self.0.map(f32_at_most), self.0.map(f32_at_least)]
     }
 }
 

@@ -6,6 +6,7 @@ use super::{PrimKind, PrimRef};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::Parameter;
 use crate::numeric::triangle::TriangleHit;
+use crate::simd::Simd;
 
 /// A ray: the points `origin + t * direction` with `t_min < t < t_max`.
 ///
@@ -40,6 +41,12 @@ impl Ray {
     #[inline(always)]
     pub fn prepare(&self) -> Option<PreparedRay> {
         PreparedRay::new(self.origin, self.direction, self.t_min, self.t_max)
+    }
+
+    /// [`Ray::prepare`] in lanes.
+    #[inline(always)]
+    pub fn prepare_with<S: Simd>(&self, simd: S) -> Option<PreparedRay> {
+        PreparedRay::with_lanes(simd, self.origin, self.direction, self.t_min, self.t_max)
     }
 
     /// The point at `t`.

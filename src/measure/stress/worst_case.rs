@@ -116,7 +116,7 @@ fn triangle_edges(x: &[f64]) -> Option<f64> {
     let o = scaled_vector(ray.origin.to_array(), p_scale);
     let d = scaled_vector(ray.direction.to_array(), d_scale);
     let [a, b, c] = corners.map(|k| difference(&scaled_vector(k.as_dvec3().to_array(), p_scale), &o));
-    let dz = &d[ray.shear.axes[2]];
+    let dz = &d[ray.axis];
     let worst = [(&b, &c), (&c, &a), (&a, &b)].into_iter().zip(weights).map(|((p, q), weight)| {
         let exact = dot(&d, &cross(p, q));
         // |weight − exact/d_z| = |weight·d_z − exact|/|d_z|.
