@@ -10,7 +10,6 @@ use super::single::Mailboxes;
 use super::walk::Walk;
 use super::wide::{N_COORDINATES, WideTree};
 use crate::simd::{Simd, WIDTH};
-use crate::world::PrimKind;
 
 /// Rays in flight: enough to cover a fetch from memory, few enough to stay in the first-level cache.
 const IN_FLIGHT: usize = 16;
@@ -63,11 +62,15 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     }
 
     while lists.n[NODE] + lists.n[LEAF] + lists.n[ENDED] > 0 {
-        // Nodes.
-        for i in 0..lists.take(NODE) {
+        // Nodes: first all boxes, which takes no branch that could go wrong, then what to do next.
+        let n_at_nodes = lists.take(NODE);
+        for &index in &lists.flights[NODE][..n_at_nodes] {
+            let Some(flight) = flights.get_mut(usize::from(index)) else { continue };
+            flight.push_children(simd, tree);
+        }
+        for i in 0..n_at_nodes {
             let index = usize::from(lists.flights[NODE][i]) % IN_FLIGHT;
             let Some(flight) = flights.get_mut(index) else { continue };
-            flight.push_children(simd, tree);
             let place = flight.advance(simd, tree);
             lists.add(place, index);
         }
@@ -142,14 +145,10 @@ impl Flight {
                 break;
             }
         }
+        // Without a branch, since either is as likely: a leaf of another kind asks for memory in vain.
         let (tag, child) = (self.item.tag(), self.item.child() as usize);
-        if tag.n_prims() == 0 {
-            simd.prefetch(&tree.nodes, child, 1);
-            return NODE;
-        }
-        if tag.kind() == PrimKind::Triangle {
-            simd.prefetch(&tree.corners, N_COORDINATES * child, N_COORDINATES * tag.n_prims());
-        }
-        LEAF
+        let is_leaf = tag.n_prims() > 0;
+        simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, if is_leaf { N_COORDINATES * child } else { child });
+        if is_leaf { LEAF } else { NODE }
     }
 }

@@ -112,11 +112,12 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, table: &[T], first: usize, n_rows: usize) {
-        let first = table.as_ptr().wrapping_add(first).cast::<i8>();
-        for line in 0..(n_rows * size_of::<T>()).div_ceil(CACHE_LINE) {
+    fn prefetch_either<T, U>(self, first: &[T], second: &[U], is_second: bool, row: usize) {
+        let table = if is_second { second.as_ptr().cast::<i8>() } else { first.as_ptr().cast::<i8>() };
+        let bytes = row.wrapping_mul(if is_second { size_of::<U>() } else { size_of::<T>() });
+        for line in 0..4 {
             // SAFETY: a prefetch is a hint; it may be given any address and accesses nothing.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line * CACHE_LINE)) };
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(table.wrapping_add(bytes + line * CACHE_LINE)) };
         }
     }
 

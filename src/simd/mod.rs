@@ -64,8 +64,8 @@ pub trait Simd: Copy {
     /// Four numbers.
     fn load64(self, from: &[f64; WIDTH64]) -> Self::F64;
 
-    /// Asks for the memory of rows of a table ahead of time.
-    fn prefetch<T>(self, table: &[T], first: usize, n_rows: usize);
+    /// Asks for 256 bytes of a table ahead of time: of the second if `is_second`, else of the first.
+    fn prefetch_either<T, U>(self, first: &[T], second: &[U], is_second: bool, row: usize);
 
     /// Packs the keys and values of the lanes that `order` names, in its order, into 64 bits each: the key with its
     /// last eight bits replaced by `tag`, above `value`. What stands behind the named ones is unspecified.

@@ -55,7 +55,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, _table: &[T], _first: usize, _n_rows: usize) {}
+    fn prefetch_either<T, U>(self, _first: &[T], _second: &[U], _is_second: bool, _row: usize) {}
 
     #[inline(always)]
     fn pack(self, key: Self::F32, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]) {
