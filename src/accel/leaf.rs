@@ -80,7 +80,7 @@ fn describe(tree: &WideTree, walk: &Walk, Pending { first, n_prims, lane }: Pend
 #[inline(always)]
 fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, n_prims: usize) {
     let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
-    let mut open = edges.open() & ((1 << n_prims) - 1);
+    let mut open = edges.open().bits() & ((1 << n_prims) - 1);
     if open == 0 {
         return;
     }
@@ -92,7 +92,7 @@ fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u
         return;
     }
     let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
-    let certain = edges.certain() & within.bits();
+    let certain = (edges.certain() & within).bits();
     let (t_low, t_high) = (t_low.to_array(), t_high.to_array());
     while open != 0 {
         let lane = open.trailing_zeros() as usize % crate::simd::WIDTH;
@@ -113,7 +113,7 @@ fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u
 #[inline(always)]
 fn any_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, n_prims: usize) -> bool {
     let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
-    let mut open = edges.open() & ((1 << n_prims) - 1);
+    let mut open = edges.open().bits() & ((1 << n_prims) - 1);
     if open == 0 {
         return false;
     }
@@ -124,7 +124,7 @@ fn any_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, n_pr
         return false;
     }
     let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
-    open & edges.certain() & within.bits() != 0 || any_by_one(tree, walk, first, n_prims, open)
+    open & (edges.certain() & within).bits() != 0 || any_by_one(tree, walk, first, n_prims, open)
 }
 
 /// Tests the lanes that f32 left open.

@@ -4,6 +4,7 @@
 //! Both answer the same, bit for bit: the closest hit is the smallest `t`, at equal `t` the lowest id.
 
 mod build;
+mod coherence;
 mod collapse;
 mod describe;
 mod duplicate;
@@ -11,6 +12,7 @@ mod leaf;
 mod linear;
 mod list;
 mod order;
+mod packet;
 mod query;
 mod single;
 mod slab;
@@ -24,7 +26,8 @@ use rayon::prelude::*;
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
-use query::{Any, Asked, Closest, Query};
+use packet::PacketQuery;
+use query::{Any, Asked, Closest};
 use wide::WideTree;
 
 /// How to find hits.
@@ -162,6 +165,11 @@ impl Accel {
         self.isa.dispatch(Asked::<Any>::new(self, world, rays, occluded));
     }
 
+    /// Whether rays can be packed: packets know triangles alone.
+    fn has_packets(&self) -> bool {
+        self.kind == AccelKind::Bvh && self.unbounded.is_empty() && self.tree.prims.is_empty()
+    }
+
     /// The closest hit outside of the tree.
     #[inline(always)]
     fn closest_unbounded(&self, world: &World, ray: &PreparedRay) -> Hit {
@@ -218,12 +226,25 @@ impl Accel {
     }
 }
 
-impl<Q: Query> Batch for Asked<'_, Q> {
+impl<Q: PacketQuery> Batch for Asked<'_, Q> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
+        let n_rays = self.rays.len() as u32;
         match self.accel.mode {
-            Mode::Single => single::run(simd, &mut self),
-            Mode::Auto | Mode::Batch | Mode::Packet => stream::run(simd, &mut self),
+            Mode::Auto | Mode::Packet if self.accel.has_packets() => {
+                let others = packet::run(simd, &mut self);
+                self.plan(others.into_iter());
+                stream::run(simd, &mut self);
+            }
+            Mode::Auto | Mode::Packet | Mode::Batch => {
+                self.plan(0..n_rays);
+                stream::run(simd, &mut self);
+            }
+            Mode::Single => {
+                self.plan(0..n_rays);
+                single::run(simd, &mut self);
+            }
         }
+        self.describe(simd);
     }
 }

@@ -2,10 +2,10 @@
 
 use super::describe::{self, Undescribed};
 use super::leaf;
-use super::walk::Walk;
+use super::walk::{Pending, Walk};
 use super::wide::{Tag, WideTree};
 use super::{Accel, AccelKind, linear};
-use crate::numeric::prepared::PreparedRay;
+use crate::numeric::prepared::{PreparedRay, longest_axis};
 use crate::simd::Simd;
 use crate::world::{Hit, Ray, World};
 
@@ -119,8 +119,8 @@ pub struct Asked<'a, Q: Query> {
     pub rays: &'a [Ray],
     /// One answer per ray.
     pub answers: &'a mut [Q::Answer],
-    /// The first ray that has not been started.
-    next: usize,
+    /// Places of rays that are still to be started, the next one last.
+    todo: Vec<u32>,
     /// Rays whose answers are still to be described.
     rest: Vec<Undescribed>,
 }
@@ -128,15 +128,20 @@ pub struct Asked<'a, Q: Query> {
 impl<'a, Q: Query> Asked<'a, Q> {
     /// Nothing started yet.
     pub fn new(accel: &'a Accel, world: &'a World, rays: &'a [Ray], answers: &'a mut [Q::Answer]) -> Asked<'a, Q> {
-        Asked { accel, world, rays, answers, next: 0, rest: Vec::new() }
+        Asked { accel, world, rays, answers, todo: Vec::new(), rest: Vec::new() }
+    }
+
+    /// Says which rays are to be started, in this order.
+    #[inline(always)]
+    pub fn plan(&mut self, places: impl DoubleEndedIterator<Item = u32>) {
+        self.todo.extend(places.rev());
     }
 
     /// The next ray that has to walk, with its place in the batch; those before that need not are answered.
     #[inline(always)]
     pub fn start<S: Simd>(&mut self, simd: S) -> Option<(Walk, usize)> {
-        while self.next < self.rays.len() {
-            let ray_idx = self.next;
-            self.next += 1;
+        while let Some(place) = self.todo.pop() {
+            let ray_idx = place as usize;
             self.answers[ray_idx] = match self.rays[ray_idx].prepare_with(simd) {
                 None => Q::NOTHING,
                 Some(ray) if self.accel.kind == AccelKind::Linear => Q::scan(self.world, &ray),
@@ -147,6 +152,18 @@ impl<'a, Q: Query> Asked<'a, Q> {
             }
         }
         None
+    }
+
+    /// Notes triangles that rays of a packet, the first being at `first`, have certainly hit.
+    #[inline(always)]
+    pub fn describe_later(&mut self, first: usize, mut is_pending: u32, pending: &[Pending]) {
+        while is_pending != 0 {
+            let i = is_pending.trailing_zeros() as usize;
+            is_pending &= is_pending - 1;
+            let axis = longest_axis(self.rays[first + i].direction) as u8;
+            // Rays of packets are tame.
+            self.rest.push(Undescribed { ray_idx: (first + i) as u32, pending: pending[i], axis, tame: true });
+        }
     }
 
     /// Takes the result of a walk.

@@ -2,6 +2,7 @@
 
 use super::order::{Item, ORDER};
 use super::query::{Asked, Query};
+use super::slab::SlabRay;
 use super::walk::Walk;
 use super::wide::{MAX_LEAF, WideTree};
 use crate::simd::{Simd, WIDTH};
@@ -12,9 +13,10 @@ use crate::world::World;
 pub struct Stack {
     items: Vec<u64>,
     n_items: usize,
-    tested: Mailboxes,
+    /// Leaves that have been tested.
+    pub tested: Mailboxes,
     /// Counts rays, from 1.
-    ray: u64,
+    pub ray: u64,
 }
 
 /// Of leaves that stand in several nodes, which ray tested them last, with the leaf: a direct-mapped cache, for a leaf that
@@ -36,7 +38,6 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
         let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
         asked.end(&walk, is_over, ray_idx);
     }
-    asked.describe(simd);
 }
 
 /// Walks the tree from the root until the query is over or nothing is left; whether it is over.
@@ -50,7 +51,7 @@ fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &m
     loop {
         let tag = item.tag();
         if tag.n_prims() == 0 {
-            stack.push_children(simd, tree, walk, item.child());
+            stack.push_children(simd, tree, &walk.slab, walk.t_max, item.child());
         } else if !stack.tested.has(item, stack.ray) && Q::leaf(simd, tree, world, walk, item.child(), tag) {
             return true;
         }
@@ -74,10 +75,10 @@ impl Stack {
 
     /// Pushes the children that the ray may meet, the nearest last.
     #[inline(always)]
-    pub fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree, walk: &Walk, node: u32) {
+    pub fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree, slab: &SlabRay, t_max: f32, node: u32) {
         let node = &tree.nodes[node as usize];
-        let (t_near, mask) = walk.slab.hits(simd, &node.slabs, walk.t_max);
-        let order = &ORDER[walk.slab.octant as usize % WIDTH][mask as usize % 256];
+        let (t_near, mask) = slab.hits(simd, &node.slabs, t_max);
+        let order = &ORDER[slab.octant as usize % WIDTH][mask as usize % 256];
         if let Some(to) = self.items[self.n_items..].first_chunk_mut() {
             simd.pack(t_near, node.tag_bits(), &node.child, order, to);
             self.n_items += mask.count_ones() as usize;

@@ -5,6 +5,8 @@
 //! direction towards zero for the near planes and away from it for the far ones, each with a margin of
 //! [`INVERSE_MARGIN`] for the subtraction and the product. The bound is derived in `docs/NUMERICS.md`.
 
+use glam::DVec3;
+
 use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::f32_at_most;
 use crate::simd::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH64};
@@ -62,22 +64,27 @@ impl SlabRay {
     /// treated as running upwards on every axis.
     #[inline(always)]
     pub fn new<S: Simd>(simd: S, ray: &PreparedRay, inverse: S::F64) -> SlabRay {
-        let negative = inverse.lt(simd.splat64(0.0));
-        let [down, up] = lanes(simd, ray.origin).outwards();
+        let octant = inverse.lt(simd.splat64(0.0)).bits() as u8;
+        let size = inverse.abs();
+        SlabRay::between(simd, ray.origin, [size, size], octant, ray.t_min)
+    }
+
+    /// Rays of one origin and octant, their inverse directions being between two in magnitude.
+    #[inline(always)]
+    pub fn between<S: Simd>(simd: S, origin: DVec3, sizes: [S::F64; 2], octant: u8, t_min: f64) -> SlabRay {
+        let [down, up] = lanes(simd, origin).outwards();
         // Away from zero may overflow to ∞: 0·∞ = NaN is then ignored by the comparisons. Towards zero stays finite,
         // since ∞ would be no lower bound.
-        let size = inverse.abs();
-        let [near, _] = (size * simd.splat64(1.0 - INVERSE_MARGIN)).outwards();
-        let [_, far] = (size * simd.splat64(1.0 + INVERSE_MARGIN)).outwards();
-        let octant = negative.bits() as u8 & 0b111;
+        let [near, _] = (sizes[0] * simd.splat64(1.0 - INVERSE_MARGIN)).outwards();
+        let [_, far] = (sizes[1] * simd.splat64(1.0 + INVERSE_MARGIN)).outwards();
         let mut slab_ray = SlabRay {
             near_origin: up,
             far_origin: down,
             near_inverse: near,
             far_inverse: far,
             // −0.0 would make a key that is greater than all others.
-            t_min: f32_at_most(ray.t_min) + 0.0,
-            octant,
+            t_min: f32_at_most(t_min) + 0.0,
+            octant: octant & 0b111,
         };
         for axis in 0..3 {
             let runs_down = octant >> axis & 1 == 1;
@@ -119,7 +126,7 @@ mod tests {
     use super::*;
     use crate::accel::walk::inverse;
     use crate::simd::Portable;
-    use glam::{DVec3, dvec3};
+    use glam::dvec3;
 
     fn slabs(lo: [f32; 3], hi: [f32; 3]) -> Slabs {
         let mut slabs = Slabs::EMPTY;

@@ -100,7 +100,6 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
             }
         }
     }
-    asked.describe(simd);
 }
 
 impl Lists {

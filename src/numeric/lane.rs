@@ -11,10 +11,10 @@ use glam::DVec3;
 use super::prepared::PreparedRay;
 use super::rounding::{f32_at_least, f32_at_most};
 use super::triangle::LARGEST_SHARE;
-use crate::simd::{F32Lanes, MaskLanes, Simd, WIDTH64};
+use crate::simd::{F32Lanes, Simd, WIDTH64};
 
 /// Unit roundoff of f32, 2⁻²⁴.
-const U32: f32 = f32::EPSILON / 2.0;
+pub const U32: f32 = f32::EPSILON / 2.0;
 
 /// A ray as the lanes want it, in its sheared axes.
 #[derive(Clone, Copy, Debug)]
@@ -40,20 +40,25 @@ pub struct LaneRay {
 }
 
 /// Where the nine coordinates of a triangle stand among its columns, by that axis.
-const COLUMNS: [[u32; 9]; 3] = [[1, 2, 0, 4, 5, 3, 7, 8, 6], [2, 0, 1, 5, 3, 4, 8, 6, 7], [0, 1, 2, 3, 4, 5, 6, 7, 8]];
+pub(super) const COLUMNS: [[u32; 9]; 3] =
+    [[1, 2, 0, 4, 5, 3, 7, 8, 6], [2, 0, 1, 5, 3, 4, 8, 6, 7], [0, 1, 2, 3, 4, 5, 6, 7, 8]];
 
 /// Eight triangles seen along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneEdges<F> {
-    weights: [F; 3],
-    error: F,
-    depths: [F; 3],
-    largest_depth: F,
+    /// The edge functions opposite the first, second and third corner.
+    pub(super) weights: [F; 3],
+    /// What each may be wrong by.
+    pub(super) error: F,
+    /// Depths of the corners.
+    pub(super) depths: [F; 3],
+    /// The largest magnitude among them.
+    pub(super) largest_depth: F,
 }
 
 /// The first-order error of an edge function is below 16·u·m·(m + Z) in f32, where a slope is within u; the rest covers
 /// the second order and the rounding of the bound.
-const EDGE_ERROR: f32 = 16.5;
+pub(super) const EDGE_ERROR: f32 = 16.5;
 
 impl LaneRay {
     /// Rounds a ray. `inverse` is 1 over its direction, within an ulp.
@@ -65,14 +70,12 @@ impl LaneRay {
         // Infinite where the origin is beyond f32: every lane is then left open.
         let residual = (origin - rounded.as_dvec3()).abs().max_element() as f32 * (1.0 + f32::EPSILON);
         let inverse = inverse[z];
-        let reciprocal = inverse as f32;
-        let sound = (SMALLEST_RECIPROCAL..=1.0 / SMALLEST_RECIPROCAL).contains(&reciprocal.abs());
         LaneRay {
             origin: rounded.to_array(),
             slope: [(ray.direction[x] * inverse) as f32, (ray.direction[y] * inverse) as f32],
             reach: residual * (0.5 / U32),
-            slack: 4.0 * residual,
-            reciprocal: if sound { reciprocal } else { f32::NAN },
+            slack: depth_slack(residual),
+            reciprocal: sound_reciprocal(inverse),
             t_min_above: f32_at_least(ray.t_min),
             t_min_below: f32_at_most(ray.t_min),
             t_max_below: f32_at_most(ray.t_max),
@@ -100,44 +103,65 @@ impl LaneRay {
         LaneEdges { weights, error, depths: [az, bz, cz], largest_depth }
     }
 
-    /// Intervals around the parameters at which the line meets the triangles, if it does; NaN or infinite where that
-    /// is not certain. They hold what the parameters are rounded to in f64.
+    /// Intervals around the parameters at which the line meets the triangles ([`LaneEdges::t_ranges`]).
     #[inline(always)]
     pub fn t_ranges<S: Simd>(&self, simd: S, edges: &LaneEdges<S::F32>) -> (S::F32, S::F32) {
-        let [weight_a, weight_b, weight_c] = edges.weights;
-        let [a, b, c] = edges.depths;
-        let reciprocal = simd.splat(1.0) / (weight_a + weight_b + weight_c);
-        let (to_b, to_c) = (b - a, c - a);
-        let z = a + (weight_b * reciprocal).mul_add(to_b, weight_c * reciprocal * to_c);
-        let share = edges.error * reciprocal.abs();
-        let weight_error = share.mul_add(simd.splat(4.5), simd.splat(12.0 * U32));
-        let known = share.lt(simd.splat(LARGEST_SHARE as f32));
-        let weight_error = weight_error.select(known, simd.splat(f32::INFINITY));
-        let rounding = edges.largest_depth.mul_add(simd.splat(8.0 * U32), simd.splat(self.slack + f32::MIN_POSITIVE));
-        let z_error = weight_error.mul_add(to_b.abs() + to_c.abs(), rounding);
-        let scale = simd.splat(self.reciprocal);
-        let t = z * scale;
-        let error = (z_error * scale.abs()) + t.abs().mul_add(simd.splat(8.0 * U32), simd.splat(f32::MIN_POSITIVE));
-        (t - error, t + error)
+        edges.t_ranges(simd, simd.splat(self.reciprocal), simd.splat(self.slack))
     }
+}
+
+/// 1 over a direction along the longest axis, for [`LaneEdges::t_ranges`]: NaN where f32 cannot hold it well.
+#[inline(always)]
+pub fn sound_reciprocal(inverse: f64) -> f32 {
+    let reciprocal = inverse as f32;
+    let sound = (SMALLEST_RECIPROCAL..=1.0 / SMALLEST_RECIPROCAL).contains(&reciprocal.abs());
+    if sound { reciprocal } else { f32::NAN }
+}
+
+/// What the rounding of an origin by `residual` adds to the error of a depth.
+#[inline(always)]
+pub fn depth_slack(residual: f32) -> f32 {
+    4.0 * residual
 }
 
 /// Reciprocals between this and its inverse keep their precision in f32, and products with depths their range.
 const SMALLEST_RECIPROCAL: f32 = 1.0 / (1u128 << 100) as f32;
 
 impl<F: F32Lanes> LaneEdges<F> {
+    /// Intervals around the parameters at which lines meet triangles, if they do; NaN or infinite where that is not
+    /// certain. They hold what the parameters are rounded to in f64. `reciprocal` is 1 over the directions along the longest
+    /// axis ([`sound_reciprocal`]), `slack` what the origins' rounding adds to a depth ([`depth_slack`]).
+    #[inline(always)]
+    pub fn t_ranges<S: Simd<F32 = F>>(&self, simd: S, reciprocal: F, slack: F) -> (F, F) {
+        let [weight_a, weight_b, weight_c] = self.weights;
+        let [a, b, c] = self.depths;
+        let of_sum = simd.splat(1.0) / (weight_a + weight_b + weight_c);
+        let (to_b, to_c) = (b - a, c - a);
+        let z = a + (weight_b * of_sum).mul_add(to_b, weight_c * of_sum * to_c);
+        let share = self.error * of_sum.abs();
+        let weight_error = share.mul_add(simd.splat(4.5), simd.splat(12.0 * U32));
+        let known = share.lt(simd.splat(LARGEST_SHARE as f32));
+        let weight_error = weight_error.select(known, simd.splat(f32::INFINITY));
+        let rounding = self.largest_depth.mul_add(simd.splat(8.0 * U32), slack + simd.splat(f32::MIN_POSITIVE));
+        let z_error = weight_error.mul_add(to_b.abs() + to_c.abs(), rounding);
+        let t = z * reciprocal;
+        let underflow = simd.splat(f32::MIN_POSITIVE);
+        let error = z_error.mul_add(reciprocal.abs(), t.abs().mul_add(simd.splat(8.0 * U32), underflow));
+        (t - error, t + error)
+    }
+
     /// Lanes that the line does not certainly pass outside of: no two edge functions have certain signs that differ.
     #[inline(always)]
-    pub fn open(&self) -> u32 {
+    pub fn open(&self) -> F::Mask {
         let [a, b, c] = self.weights;
         let outside = self.error.lt(a.max(b).max(c)) & a.min(b).min(c).lt(-self.error);
-        (!outside).bits()
+        !outside
     }
 
     /// Lanes in which all three signs are certain; in an open lane the line then certainly passes inside.
     #[inline(always)]
-    pub fn certain(&self) -> u32 {
+    pub fn certain(&self) -> F::Mask {
         let [a, b, c] = self.weights;
-        self.error.lt(a.abs().min(b.abs()).min(c.abs())).bits()
+        self.error.lt(a.abs().min(b.abs()).min(c.abs()))
     }
 }

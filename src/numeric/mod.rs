@@ -8,6 +8,7 @@ pub mod double;
 pub mod dyadic;
 pub mod edge;
 pub mod lane;
+pub mod packet;
 pub mod plane;
 pub mod prepared;
 pub mod quadratic;

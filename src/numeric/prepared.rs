@@ -30,6 +30,13 @@ pub fn lanes<S: Simd>(simd: S, v: DVec3) -> S::F64 {
     simd.load64(&[v.x, v.y, v.z, 1.0])
 }
 
+/// Lanes that are tame in the sense of [`is_tame`](super::double::is_tame), by their magnitudes.
+#[inline(always)]
+pub fn tame<S: Simd>(simd: S, size: S::F64) -> <S::F64 as F64Lanes>::Mask {
+    let (smallest, largest) = (simd.splat64(TAME[0]), simd.splat64(TAME[1]));
+    (smallest.le(size) & size.lt(largest)) | size.le(simd.splat64(0.0))
+}
+
 const _: () = assert!(WIDTH64 == 4);
 
 impl PreparedRay {
@@ -57,15 +64,13 @@ impl PreparedRay {
         if !(finite.bits() == 0b1111 && directed && t_min >= 0.0 && t_min < t_max) {
             return None;
         }
-        let (smallest, largest) = (simd.splat64(TAME[0]), simd.splat64(TAME[1]));
-        let tame = ((smallest.le(o) & o.lt(largest)) | o.le(zero)) & ((smallest.le(d) & d.lt(largest)) | d.le(zero));
         Some(PreparedRay {
             origin,
             direction,
             t_min,
             t_max,
             axis: longest_axis(direction),
-            tame: tame.bits() == 0b1111,
+            tame: (tame(simd, o) & tame(simd, d)).bits() == 0b1111,
         })
     }
 
@@ -79,8 +84,9 @@ impl PreparedRay {
 /// Axes in cyclic order, by the last.
 pub const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
+/// The axis along which a direction is longest; of equal ones the first.
 #[inline(always)]
-fn longest_axis(direction: DVec3) -> usize {
+pub fn longest_axis(direction: DVec3) -> usize {
     let size = direction.abs();
     if size.x >= size.y && size.x >= size.z {
         0

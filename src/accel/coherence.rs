@@ -1,0 +1,186 @@
+//! Finding packets: whether sixteen rays have one origin and run about the same way, and what they have in common.
+
+use glam::DVec3;
+
+use super::slab::SlabRay;
+use crate::numeric::lane::{depth_slack, sound_reciprocal};
+use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL};
+use crate::numeric::prepared::{PreparedRay, lanes};
+use crate::numeric::rounding::{f32_at_least, f32_at_most};
+use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH};
+use crate::world::Ray;
+
+/// Lanes of eight rays in a packet.
+pub const N_LANES: usize = 2;
+
+/// Rays of a packet.
+pub const N_RAYS: usize = N_LANES * WIDTH;
+
+/// One number per ray.
+pub type Column = [[f32; WIDTH]; N_LANES];
+
+/// The widest that a packet may be, as the largest difference of a slope from the middle one: in wider ones boxes would be
+/// tested for rays that do not exist.
+const WIDEST: f64 = 0.0625;
+
+/// Sixteen rays of one origin.
+#[derive(Clone, Debug)]
+pub struct Packet {
+    /// What the rays have in common, for boxes.
+    pub slab: SlabRay,
+    /// The same for triangles.
+    pub shear: PacketShear,
+    /// What is left of the slopes.
+    pub dx: Column,
+    /// See `dx`.
+    pub dy: Column,
+    /// 1 over the directions along the common axis.
+    pub reciprocal: Column,
+    /// What the rounding of the origin adds to the error of a depth.
+    pub slack: f32,
+    /// f32 above and below the lower ends of the intervals, and below and above the upper ends.
+    pub t_min: [Column; 2],
+    /// See `t_min`.
+    pub t_max: [Column; 2],
+}
+
+/// The packet of sixteen rays; `None` when they are not coherent, or any of them is not an ordinary one.
+#[inline(always)]
+pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
+    let common = common(simd, rays)?;
+    let [lo, hi] = common.directions;
+
+    // Octant. Zeros run upwards, with either sign.
+    let zero = simd.splat64(0.0);
+    let (upwards, downwards) = (zero.le(lo).bits() & 0b111, hi.lt(zero).bits() & 0b111);
+    if upwards | downwards != 0b111 {
+        return None;
+    }
+    let (size_lo, size_hi) = (lo.abs(), hi.abs());
+    let (smallest, largest) = (-(-size_lo).max(-size_hi), size_lo.max(size_hi));
+    let one = simd.splat64(1.0);
+    let t_min = rays.iter().fold(f64::INFINITY, |t_min, ray| if ray.t_min < t_min { ray.t_min } else { t_min });
+    let slab = SlabRay::between(simd, rays[0].origin, [one / largest, one / smallest], downwards as u8, t_min);
+
+    // Slopes.
+    let axes = PreparedRay::new(rays[0].origin, rays[0].direction, 0.0, 1.0)?.axes();
+    let slopes = Slopes::new(rays, axes);
+    let (slope, spread) = (slopes.middle, slopes.spread);
+    // Negated so that NaN fails.
+    if !(slope[0].abs().max(slope[1].abs()) <= 1.0 && spread[0].max(spread[1]) <= WIDEST) {
+        return None;
+    }
+    let origin = DVec3::from_array(axes.map(|axis| rays[0].origin[axis]));
+    let rounded = origin.as_vec3();
+    let residual = (origin - rounded.as_dvec3()).abs().max_element() as f32 * (1.0 + f32::EPSILON);
+    let shear = PacketShear {
+        origin: rounded.to_array(),
+        slope,
+        spread: spread.map(f32_at_least),
+        reach: residual * REACH_PER_RESIDUAL,
+        axis: axes[2],
+    };
+    let (t_min, t_max) = intervals(rays);
+    let Slopes { dx, dy, reciprocal, .. } = slopes;
+    Some(Packet { slab, shear, dx, dy, reciprocal, slack: depth_slack(residual), t_min, t_max })
+}
+
+struct Common<F> {
+    /// Smallest and largest components of the directions.
+    directions: [F; 2],
+}
+
+/// Checks what takes no division: one origin, all numbers tame, intervals that are not empty.
+#[inline(always)]
+fn common<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Common<S::F64>> {
+    let origin = lanes(simd, rays[0].origin);
+    let zero = simd.splat64(0.0);
+    let (mut lowest, mut hi) = (simd.splat64(f64::NEG_INFINITY), simd.splat64(f64::NEG_INFINITY));
+    let mut same = zero.le(zero);
+    let mut sound = true;
+    for ray in rays {
+        let (o, d) = (lanes(simd, ray.origin), lanes(simd, ray.direction));
+        // Tame numbers are finite.
+        same = same & o.le(origin) & origin.le(o) & tame(simd, d);
+        lowest = (-d).max(lowest);
+        hi = d.max(hi);
+        sound &= ray.t_min >= 0.0 && ray.t_min < ray.t_max;
+    }
+    let sound = sound && (same & tame(simd, origin)).bits() == 0b1111;
+    sound.then_some(Common { directions: [-lowest, hi] })
+}
+
+/// Lanes that are tame in the sense of [`is_tame`](crate::numeric::double::is_tame).
+#[inline(always)]
+fn tame<S: Simd>(simd: S, x: S::F64) -> <S::F64 as F64Lanes>::Mask {
+    crate::numeric::prepared::tame(simd, x.abs())
+}
+
+struct Slopes {
+    middle: [f32; 2],
+    spread: [f64; 2],
+    dx: Column,
+    dy: Column,
+    reciprocal: Column,
+}
+
+impl Slopes {
+    #[inline(always)]
+    fn new(rays: &[Ray; N_RAYS], [x, y, z]: [usize; 3]) -> Slopes {
+        let mut slopes = [[0.0; N_RAYS]; 2];
+        let mut reciprocal = [[0.0; WIDTH]; N_LANES];
+        for (i, ray) in rays.iter().enumerate() {
+            let inverse = 1.0 / ray.direction[z];
+            slopes[0][i] = ray.direction[x] * inverse;
+            slopes[1][i] = ray.direction[y] * inverse;
+            reciprocal[i / WIDTH][i % WIDTH] = sound_reciprocal(inverse);
+        }
+        let (middle_x, spread_x, dx) = around_middle(&slopes[0]);
+        let (middle_y, spread_y, dy) = around_middle(&slopes[1]);
+        Slopes { middle: [middle_x, middle_y], spread: [spread_x, spread_y], dx, dy, reciprocal }
+    }
+}
+
+/// The middle of slopes, their largest distance from it, and their distances.
+#[inline(always)]
+fn around_middle(slopes: &[f64; N_RAYS]) -> (f32, f64, Column) {
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for &slope in slopes {
+        lo = if slope < lo { slope } else { lo };
+        hi = if slope > hi { slope } else { hi };
+    }
+    let middle = (0.5 * (lo + hi)) as f32;
+    let center = f64::from(middle);
+    let mut column = [[0.0; WIDTH]; N_LANES];
+    for (i, &slope) in slopes.iter().enumerate() {
+        column[i / WIDTH][i % WIDTH] = (slope - center) as f32;
+    }
+    // What rounding to f32 adds to a difference is a share of it.
+    let spread = (hi - center).max(center - lo) * (1.0 + f64::from(f32::EPSILON));
+    (middle, spread, column)
+}
+
+/// The ends of the intervals, rounded both ways; rays of a packet mostly have the same.
+#[inline(always)]
+fn intervals(rays: &[Ray; N_RAYS]) -> ([Column; 2], [Column; 2]) {
+    let Ray { t_min, t_max, .. } = rays[0];
+    let (mut t_mins, mut t_maxs) = (both(t_min), both(t_max));
+    let mut uniform = true;
+    for ray in rays {
+        uniform &= ray.t_min == t_min && ray.t_max == t_max;
+    }
+    if !uniform {
+        for (i, ray) in rays.iter().enumerate() {
+            let (lanes, lane) = (i / WIDTH, i % WIDTH);
+            (t_mins[0][lanes][lane], t_mins[1][lanes][lane]) = (f32_at_least(ray.t_min), f32_at_most(ray.t_min));
+            (t_maxs[0][lanes][lane], t_maxs[1][lanes][lane]) = (f32_at_least(ray.t_max), f32_at_most(ray.t_max));
+        }
+    }
+    (t_mins, t_maxs)
+}
+
+/// A number above and below `t`, for all rays.
+#[inline(always)]
+fn both(t: f64) -> [Column; 2] {
+    [[[f32_at_least(t); WIDTH]; N_LANES], [[f32_at_most(t); WIDTH]; N_LANES]]
+}

@@ -1,0 +1,262 @@
+//! Sixteen rays of one origin together: boxes are tested once for all of them, and a triangle of a leaf against all of them
+//! at once.
+//!
+//! Neighbouring camera rays, and shadow rays traced from their light, are such packets. What else a batch has is left for
+//! [`stream`](super::stream).
+
+use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
+use super::order::Item;
+use super::query::{Any, Asked, Closest, Query};
+use super::single::Stack;
+use super::walk::Pending;
+use super::wide::{N_COORDINATES, WideTree};
+use crate::numeric::lane::LaneEdges;
+use crate::numeric::prepared::PreparedRay;
+use crate::numeric::rounding::{f32_at_least, f32_at_most};
+use crate::numeric::triangle;
+use crate::simd::{F32Lanes, MaskLanes, Simd, WIDTH};
+use crate::world::{Hit, Ray};
+
+/// What the rays of a packet have found so far.
+pub struct Found<'a, A> {
+    rays: &'a [Ray; N_RAYS],
+    answers: &'a mut [A; N_RAYS],
+    /// Upper ends of what is still of interest, rounded up; negative for a ray that needs no more.
+    t_max: Column,
+    /// Lower bounds of the closest parameters.
+    t_low: Column,
+    /// Bit per ray whose best hit is a triangle that is still to be described: which one.
+    is_pending: u32,
+    pending: [Pending; N_RAYS],
+}
+
+/// A query that packets can ask.
+pub trait PacketQuery: Query {
+    /// Takes what eight rays of a packet have found of a triangle: rays that may hit it, of these the ones that certainly do,
+    /// and the intervals that their parameters lie in.
+    fn take<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Self::Answer>, meeting: &Meeting<S::F32>);
+}
+
+/// Eight rays and a triangle.
+pub struct Meeting<F: F32Lanes> {
+    /// Which eight rays.
+    lanes: usize,
+    /// The triangle.
+    triangle: Pending,
+    /// Rays that may hit it.
+    open: F::Mask,
+    /// Rays that certainly do.
+    certain: F::Mask,
+    t_low: F,
+    t_high: F,
+}
+
+/// Answers the packets of a batch; the places of all other rays come back.
+#[inline(always)]
+pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
+    let tree = &asked.accel.tree;
+    let mut stack = Stack::new(tree);
+    let mut others = Vec::with_capacity(asked.rays.len());
+    let n_rays = asked.rays.len();
+    let mut first = 0;
+    while first < n_rays {
+        let rays = asked.rays[first..].first_chunk::<N_RAYS>();
+        let coherent = rays.and_then(|rays| packet(simd, rays));
+        let (Some(rays), Some(packet)) = (rays, coherent) else {
+            let end = n_rays.min(first + N_RAYS);
+            others.extend(first as u32..end as u32);
+            first = end;
+            continue;
+        };
+        let mut answers = [Q::NOTHING; N_RAYS];
+        let mut found = Found {
+            rays,
+            answers: &mut answers,
+            t_max: packet.t_max[0],
+            t_low: [[f32::INFINITY; WIDTH]; N_LANES],
+            is_pending: 0,
+            pending: [Pending { first: 0, n_prims: 1, lane: 0 }; N_RAYS],
+        };
+        traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack);
+        let Found { is_pending, pending, .. } = found;
+        asked.answers[first..first + N_RAYS].copy_from_slice(&answers);
+        asked.describe_later(first, is_pending, &pending);
+        first += N_RAYS;
+    }
+    others
+}
+
+#[inline(always)]
+fn traverse<S: Simd, Q: PacketQuery>(
+    simd: S,
+    tree: &WideTree,
+    packet: &Packet,
+    found: &mut Found<Q::Answer>,
+    stack: &mut Stack,
+) {
+    if tree.nodes.is_empty() {
+        return;
+    }
+    stack.begin();
+    let mut farthest = found.farthest();
+    let mut item = Item::ROOT;
+    loop {
+        let tag = item.tag();
+        if tag.n_prims() == 0 {
+            stack.push_children(simd, tree, &packet.slab, farthest, item.child());
+        } else if !stack.tested.has(item, stack.ray) {
+            test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag.n_prims());
+            farthest = found.farthest();
+            if farthest < 0.0 {
+                return;
+            }
+        }
+        let Some(next) = stack.pop(Item::limit(farthest)) else { return };
+        item = next;
+    }
+}
+
+/// Tests a leaf of triangles.
+#[inline(always)]
+fn test_leaf<S: Simd, Q: PacketQuery>(
+    simd: S,
+    tree: &WideTree,
+    packet: &Packet,
+    found: &mut Found<Q::Answer>,
+    first: u32,
+    n_prims: usize,
+) {
+    let seen = packet.shear.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
+    let mut triangles = packet.shear.open(simd, &seen) & ((1 << n_prims) - 1);
+    if triangles == 0 {
+        return;
+    }
+    let columns = seen.columns();
+    while triangles != 0 {
+        let lane = triangles.trailing_zeros() as usize;
+        triangles &= triangles - 1;
+        for lanes in 0..N_LANES {
+            let (dx, dy) = (simd.load(&packet.dx[lanes]), simd.load(&packet.dy[lanes]));
+            let edges: LaneEdges<S::F32> = columns.edges(simd, lane, dx, dy);
+            let open = edges.open();
+            if open.bits() == 0 {
+                continue;
+            }
+            let (t_low, t_high) = edges.t_ranges(simd, simd.load(&packet.reciprocal[lanes]), simd.splat(packet.slack));
+            let [min_above, min_below] = &packet.t_min;
+            let outside = simd.load(&found.t_max[lanes]).lt(t_low) | t_high.lt(simd.load(&min_below[lanes]));
+            let open = open & !outside;
+            if open.bits() == 0 {
+                continue;
+            }
+            let within = simd.load(&min_above[lanes]).lt(t_low) & t_high.lt(simd.load(&packet.t_max[1][lanes]));
+            let certain = open & edges.certain() & within;
+            let triangle = Pending { first, n_prims: n_prims as u8, lane: lane as u8 };
+            Q::take(simd, tree, found, &Meeting { lanes, triangle, open, certain, t_low, t_high });
+        }
+    }
+}
+
+impl PacketQuery for Closest {
+    #[inline(always)]
+    fn take<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, meeting: &Meeting<S::F32>) {
+        let &Meeting { lanes, triangle, open, certain, t_low, t_high } = meeting;
+        let (best_low, best_high) = (simd.load(&found.t_low[lanes]), simd.load(&found.t_max[lanes]));
+        let closer = certain & t_high.lt(best_low);
+        found.t_low[lanes] = t_low.select(closer, best_low).to_array();
+        found.t_max[lanes] = t_high.select(closer, best_high).to_array();
+        let closer = closer.bits();
+        found.is_pending |= closer << (lanes * WIDTH);
+        let (mut taken, mut rest) = (closer, open.bits() & !closer);
+        while taken != 0 {
+            found.pending[lanes * WIDTH + taken.trailing_zeros() as usize] = triangle;
+            taken &= taken - 1;
+        }
+        while rest != 0 {
+            closest_by_one(tree, found, lanes * WIDTH + rest.trailing_zeros() as usize, triangle);
+            rest &= rest - 1;
+        }
+    }
+}
+
+impl PacketQuery for Any {
+    #[inline(always)]
+    fn take<S: Simd>(_simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
+        let &Meeting { lanes, triangle, open, certain, .. } = meeting;
+        let certain = certain.bits();
+        let mut open = open.bits();
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            let i = lanes * WIDTH + lane;
+            if certain >> lane & 1 == 1 || occludes_by_one(tree, &found.rays[i], triangle) {
+                found.answers[i] = true;
+                found.t_max[lanes][lane] = DONE;
+            }
+        }
+    }
+}
+
+/// The `t_max` of a ray that is answered: nothing lies in front of it.
+const DONE: f32 = f32::NEG_INFINITY;
+
+#[cold]
+#[inline(never)]
+fn occludes_by_one(tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> bool {
+    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
+    ray.prepare().is_some_and(|ray| triangle::occludes(&ray, corners))
+}
+
+/// Compares a triangle with the best hit of a ray where intervals are not enough.
+#[cold]
+#[inline(never)]
+fn closest_by_one(tree: &WideTree, found: &mut Found<Hit>, i: usize, triangle: Pending) {
+    let Some(ray) = found.rays[i].prepare() else { return };
+    if found.is_pending >> i & 1 == 1 {
+        found.is_pending &= !(1 << i);
+        // A triangle is only pending when it is certainly hit.
+        let best = describe(tree, &ray, found.pending[i]);
+        debug_assert!(best.is_some());
+        found.keep(i, best.unwrap_or(Hit::MISS));
+    }
+    if let Some(hit) = describe(tree, &ray, triangle)
+        && hit.is_before(&found.answers[i])
+    {
+        found.keep(i, hit);
+    }
+}
+
+fn describe(tree: &WideTree, ray: &PreparedRay, Pending { first, n_prims, lane }: Pending) -> Option<Hit> {
+    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
+    let row = tree.triangle_rows[first as usize + usize::from(lane)] as usize;
+    triangle::intersect(ray, corners).map(|hit| Hit::of_triangle(&hit, row))
+}
+
+impl<A> Found<'_, A> {
+    /// The largest `t_max` of any ray.
+    #[inline(always)]
+    fn farthest(&self) -> f32 {
+        let mut farthest = [DONE; WIDTH];
+        for lanes in &self.t_max {
+            for (farthest, &t_max) in farthest.iter_mut().zip(lanes) {
+                *farthest = if t_max > *farthest { t_max } else { *farthest };
+            }
+        }
+        let mut n = WIDTH;
+        while n > 1 {
+            n /= 2;
+            for i in 0..n {
+                farthest[i] = if farthest[i + n] > farthest[i] { farthest[i + n] } else { farthest[i] };
+            }
+        }
+        farthest[0]
+    }
+}
+
+impl Found<'_, Hit> {
+    fn keep(&mut self, i: usize, hit: Hit) {
+        self.answers[i] = hit;
+        self.t_low[i / WIDTH][i % WIDTH] = f32_at_most(hit.t);
+        self.t_max[i / WIDTH][i % WIDTH] = f32_at_least(hit.t);
+    }
+}
