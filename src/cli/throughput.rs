@@ -183,7 +183,7 @@ fn peer(text: &str) -> Result<Peer, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let started = Instant::now();
     let settings = settings(args)?;
-    args.json.iter().chain(&args.html).try_for_each(|path| files::check_writable(path))?;
+    args.json.iter().chain(&args.html).try_for_each(files::check_writable)?;
     if let Some(folder) = &args.export {
         fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", &error))?;
     }

@@ -86,10 +86,67 @@ fn of_builds(report: &Report, settings: &Settings, quality: &'static str) -> Vec
         }
     }
     let threads = settings.threads.first().copied().unwrap_or(1);
-    if let (Some(ours), Some(theirs)) = (find("flatray", quality, threads), find("embree:default", "medium", threads)) {
-        if ours.bytes_per_primitive > 0.0 {
-            add(BYTES, threads, theirs.bytes_per_primitive / ours.bytes_per_primitive);
-        }
+    let ours = find("flatray", quality, threads).filter(|build| build.bytes_per_primitive > 0.0);
+    if let (Some(ours), Some(theirs)) = (ours, find("embree:default", "medium", threads)) {
+        add(BYTES, threads, theirs.bytes_per_primitive / ours.bytes_per_primitive);
     }
     ratios
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::{Mode, Preset};
+    use crate::measure::throughput::report::Spread;
+    use crate::simd::Isa;
+
+    fn row(engine: &str, mode: &str, threads: usize, median: f64) -> Row {
+        Row {
+            engine: engine.to_owned(),
+            rays: "primary",
+            ray_precision: "f32",
+            mode: mode.to_owned(),
+            isa: "avx2".to_owned(),
+            quality: "medium",
+            threads,
+            mrays_per_s: Spread { median, min: median, max: median },
+            wrong: Some(0),
+            t_off: Some(0),
+        }
+    }
+
+    #[test]
+    fn the_best_of_each_side_are_compared() {
+        let rows = vec![
+            row("flatray", "single", 1, 4.0),
+            row("flatray", "batch", 1, 6.0),
+            row("flatray", "packet", 1, 30.0),
+            row("flatray", "packet", 2, 54.0),
+            row("embree:default", "single", 1, 5.0),
+            row("embree:default", "packet8", 1, 15.0),
+            row("embree:default", "packet16", 1, 20.0),
+            row("embree:robust", "single", 1, 3.0),
+            Row { wrong: None, ..row("embree:default", "single", 1, 100.0) },
+        ];
+        let report = Report { rows, ..Report::default() };
+        let settings = Settings {
+            kinds: vec![RayKind::Primary],
+            threads: vec![1, 2],
+            isas: vec![Isa::Baseline],
+            modes: vec![Mode::Single],
+            presets: vec![Preset::Medium],
+            repeats: 1,
+            min_seconds: 0.0,
+            oracle_tests: 1,
+        };
+        let found: Vec<(&str, f64)> = all(&report, &settings).iter().map(|ratio| (ratio.what, ratio.value)).collect();
+        let expected = [
+            (BEST_TO_DEFAULT, 1.2),
+            (BEST_TO_ROBUST, 2.0),
+            (SINGLE_TO_DEFAULT, 0.8),
+            (PACKET_TO_PACKET, 1.5),
+            (THREADS, 1.8),
+        ];
+        assert_eq!(found, expected);
+    }
 }
