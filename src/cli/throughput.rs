@@ -48,7 +48,7 @@ flatray is measured on the same rays, and on its own f64 rays besides.
 Keys of --json: input, seconds, rows [{engine, rays, ray_precision, mode, isa, quality, threads, mrays_per_s, min,
 max, wrong, t_off}], build [{engine, quality, threads, seconds, min, max, bytes_per_primitive,
 table_bytes_per_primitive}], sets [{rays, ray_precision, count, hits, judged}], visits [{rays, quality,
-nodes_per_ray, leaves_per_ray}], ratios [{what, rays, quality, threads, value}], notes [text].
+nodes_per_ray, leaves_per_ray}], ratios [{what, rays, quality, threads, value, fastest}], notes [text].
 
 Exit codes: 0 success, 1 failure or a wrong answer of flatray, 2 wrong usage.";
 

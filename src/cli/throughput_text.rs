@@ -96,11 +96,14 @@ fn ratios(report: &Report, text: &mut String) {
     if report.ratios.is_empty() {
         return;
     }
-    text.push_str(&format!("\n{:<44} {:<8} {:<11} {:>7} {:>7}\n", "ratio", "bvh", "rays", "threads", "ratio"));
+    text.push_str(&format!(
+        "\n{:<44} {:<8} {:<11} {:>7} {:>7} {:>11}\n",
+        "ratio", "bvh", "rays", "threads", "ratio", "of fastest"
+    ));
     for ratio in &report.ratios {
         text.push_str(&format!(
-            "{:<44} {:<8} {:<11} {:>7} {:>7.2}\n",
-            ratio.what, ratio.quality, ratio.rays, ratio.threads, ratio.value
+            "{:<44} {:<8} {:<11} {:>7} {:>7.2} {:>11.2}\n",
+            ratio.what, ratio.quality, ratio.rays, ratio.threads, ratio.value, ratio.fastest
         ));
     }
     text.push('\n');

@@ -16,11 +16,11 @@ svg{display:block;width:100%;height:auto;font:13px system-ui,sans-serif}summary{
 const COLORS: [&str; 3] = ["#2f6fb0", "#c9772b", "#9a8f83"];
 
 const PLOT_WIDTH: f64 = 960.0;
-const LABEL_WIDTH: f64 = 300.0;
+const LABEL_WIDTH: f64 = 390.0;
 const BAR_PITCH: f64 = 24.0;
 const BAR_HEIGHT: f64 = 15.0;
 /// Room for the figures at the right.
-const FIGURE_WIDTH: f64 = 150.0;
+const FIGURE_WIDTH: f64 = 60.0;
 
 /// The page. `title` names the scene, `about` says what is in it.
 pub fn page(title: &str, about: &str, report: &Report) -> String {
@@ -96,13 +96,14 @@ fn ratios(report: &Report, body: &mut String) {
     if report.ratios.is_empty() {
         return;
     }
-    body.push_str("<h2>Ratios</h2><p>Above 1 flatray is faster or smaller.</p>");
+    body.push_str(
+        "<h2>Ratios</h2><p>Above 1 flatray is faster or smaller. Bars are ratios of \
+         medians, thin lines reach to those of the fastest repeats.</p>",
+    );
     let of = |ratio: &super::report::Ratio| Bar {
-        label: format!("{} · {} · bvh {} · {}×", ratio.rays, short(ratio.what), ratio.quality, ratio.threads)
-            .trim_start_matches(" · ")
-            .to_owned(),
+        label: format!("{} {} · bvh {} · threads {}", ratio.rays, short(ratio.what), ratio.quality, ratio.threads),
         color: COLORS[0],
-        value: Spread { median: ratio.value, min: ratio.value, max: ratio.value },
+        value: Spread { median: ratio.value, min: ratio.value.min(ratio.fastest), max: ratio.value.max(ratio.fastest) },
     };
     body.push_str(&bars(&report.ratios.iter().map(of).collect::<Vec<_>>(), Some(1.0)));
 }
@@ -118,8 +119,11 @@ fn rays(report: &Report, kind: &str, body: &mut String) {
     body.push_str(&format!("<h2>{kind} rays, threads: {threads}</h2>"));
     for set in report.sets.iter().filter(|set| set.rays == kind) {
         body.push_str(&format!(
-            "<p>{} rays in {}: {} hit; {} answers judged by the full scan.</p>",
-            set.count, set.ray_precision, set.hits, set.judged
+            "<p>{} rays in {}: {:.1} % hit; {} answers judged by the full scan.</p>",
+            set.count,
+            set.ray_precision,
+            100.0 * set.hits as f64 / set.count.max(1) as f64,
+            set.judged
         ));
     }
     for visited in report.visits.iter().filter(|visited| visited.rays == kind) {

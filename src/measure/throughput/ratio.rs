@@ -1,6 +1,6 @@
 //! How flatray compares with a peer and with itself.
 
-use super::report::{Build, Ratio, Report, Row};
+use super::report::{Build, Ratio, Report, Row, Spread};
 use super::{Settings, preset_name};
 use crate::measure::rays::{RayKind, RayPrecision};
 
@@ -40,8 +40,8 @@ fn of_rays(report: &Report, settings: &Settings, kind: RayKind, quality: &'stati
         .filter(|row| row.rays == kind.name() && row.ray_precision == RayPrecision::F32.name() && row.wrong.is_some())
         .collect();
     let best = |threads: usize, fits: &dyn Fn(&Row) -> bool| {
-        let fitting = rows.iter().filter(|row| row.threads == threads && fits(row));
-        fitting.map(|row| row.mrays_per_s.median).max_by(f64::total_cmp)
+        let fitting = rows.iter().filter(|row| row.threads == threads && fits(row)).map(|row| row.mrays_per_s);
+        fitting.reduce(|a, b| Spread { median: a.median.max(b.median), min: a.min.max(b.min), max: a.max.max(b.max) })
     };
     let ours = |modes: &'static [&'static str]| {
         move |row: &Row| row.is_flatray() && row.quality == quality && modes.contains(&row.mode.as_str())
@@ -53,9 +53,10 @@ fn of_rays(report: &Report, settings: &Settings, kind: RayKind, quality: &'stati
     let either = best(threads, &ours(&["single", "batch"]));
     let default = best(threads, &theirs("embree:default"));
     let mut ratios = Vec::new();
-    let mut add = |what, threads, ours: Option<f64>, theirs: Option<f64>| {
-        if let (Some(ours), Some(theirs)) = (ours, theirs.filter(|&theirs| theirs > 0.0)) {
-            ratios.push(Ratio { what, rays: kind.name(), quality, threads, value: ours / theirs });
+    let mut add = |what, threads, ours: Option<Spread>, theirs: Option<Spread>| {
+        if let (Some(ours), Some(theirs)) = (ours, theirs.filter(|theirs| theirs.median > 0.0)) {
+            let (value, fastest) = (ours.median / theirs.median, ours.max / theirs.max);
+            ratios.push(Ratio { what, rays: kind.name(), quality, threads, value, fastest });
         }
     };
     add(BEST_TO_DEFAULT, threads, either, default);
@@ -77,18 +78,22 @@ fn of_builds(report: &Report, settings: &Settings, quality: &'static str) -> Vec
         report.builds.iter().find(fits)
     };
     let mut ratios = Vec::new();
-    let mut add = |what, threads, value| ratios.push(Ratio { what, rays: "", quality, threads, value });
+    let mut add =
+        |what, threads, value, fastest| ratios.push(Ratio { what, rays: "", quality, threads, value, fastest });
     for &threads in &settings.threads {
         // Embree has no quality that is like flatray's fastest; its default is what people use.
         let like = if quality == "high" { "high" } else { "medium" };
         if let (Some(ours), Some(theirs)) = (find("flatray", quality, threads), find("embree:default", like, threads)) {
-            add(BUILD, threads, theirs.seconds.median / ours.seconds.median.max(1e-9));
+            let speed = |ours: f64, theirs: f64| theirs / ours.max(1e-9);
+            let fastest = speed(ours.seconds.min, theirs.seconds.min);
+            add(BUILD, threads, speed(ours.seconds.median, theirs.seconds.median), fastest);
         }
     }
     let threads = settings.threads.first().copied().unwrap_or(1);
     let ours = find("flatray", quality, threads).filter(|build| build.bytes_per_primitive > 0.0);
     if let (Some(ours), Some(theirs)) = (ours, find("embree:default", "medium", threads)) {
-        add(BYTES, threads, theirs.bytes_per_primitive / ours.bytes_per_primitive);
+        let bytes = theirs.bytes_per_primitive / ours.bytes_per_primitive;
+        add(BYTES, threads, bytes, bytes);
     }
     ratios
 }
@@ -97,7 +102,6 @@ fn of_builds(report: &Report, settings: &Settings, quality: &'static str) -> Vec
 mod tests {
     use super::*;
     use crate::accel::{Mode, Preset};
-    use crate::measure::throughput::report::Spread;
     use crate::simd::Isa;
 
     fn row(engine: &str, mode: &str, threads: usize, median: f64) -> Row {
