@@ -56,7 +56,7 @@ pub struct Contest<'a> {
     pair: &'a Pair,
     scenes: &'a [PeerScene<'a>],
     peer_rays: Option<PeerRays>,
-    /// Room for flatray's answers to either set; an occlusion set has as many rays in both precisions or nearly.
+    /// Room for flatray's answers to the f32 and to the f64 rays.
     answers: [Answers; 2],
     entries: Vec<Entry>,
 }
