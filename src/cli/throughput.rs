@@ -15,6 +15,7 @@ use crate::error::Error;
 use crate::measure::embree::{self, library::Library};
 use crate::measure::generate::{building, sphereflake, terrain_camera, terrain_world};
 use crate::measure::rays::RayKind;
+use crate::measure::throughput::page;
 use crate::measure::throughput::report::Report;
 use crate::measure::throughput::work::Work;
 use crate::measure::throughput::{Settings, export, measure};
@@ -47,7 +48,7 @@ flatray is measured on the same rays, and on its own f64 rays besides.
 Keys of --json: input, seconds, rows [{engine, rays, ray_precision, mode, isa, quality, threads, mrays_per_s, min,
 max, wrong, t_off}], build [{engine, quality, threads, seconds, min, max, bytes_per_primitive,
 table_bytes_per_primitive}], sets [{rays, ray_precision, count, hits, judged}], visits [{rays, quality,
-nodes_per_ray, leaves_per_ray}], ratios [{what, rays, quality, threads, value}], notes [text].
+nodes_per_ray, leaves_per_ray}], ratios [{what, rays, quality, threads, value, fastest}], notes [text].
 
 Exit codes: 0 success, 1 failure or a wrong answer of flatray, 2 wrong usage.";
 
@@ -109,6 +110,9 @@ pub struct Args {
     /// Write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Write a page with plots
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
 }
 
 /// `--rays`
@@ -179,7 +183,7 @@ fn peer(text: &str) -> Result<Peer, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let started = Instant::now();
     let settings = settings(args)?;
-    args.json.iter().try_for_each(|path| files::check_writable(path))?;
+    args.json.iter().chain(&args.html).try_for_each(files::check_writable)?;
     if let Some(folder) = &args.export {
         fs::create_dir_all(folder).map_err(|error| Error::io(folder, "create the folder", &error))?;
     }
@@ -191,9 +195,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         export_to(folder, &world, &work)?;
     }
     let report = measure(&world, &mut work, &settings, library.as_ref(), &mut progress)?;
-    let input = terminal::shown(&args.input);
-    terminal::print(&throughput_text::tables(&input, &world, &report))?;
-    write(args, &input, &report, started.elapsed().as_secs_f64())
+    terminal::print(&throughput_text::tables(&terminal::shown(&args.input), &world, &report))?;
+    write(args, &world, &report, started.elapsed().as_secs_f64())
 }
 
 /// Loads the peer; without it the benchmark goes on.
@@ -296,15 +299,20 @@ fn export_to(folder: &Path, world: &World, work: &Work) -> Result<(), Error> {
     files::write_together(&writings)
 }
 
-fn write(args: &Args, input: &str, report: &Report, seconds: f64) -> Result<(), Failure> {
+fn write(args: &Args, world: &World, report: &Report, seconds: f64) -> Result<(), Failure> {
+    let input = terminal::shown(&args.input);
     let mut json = report.to_json();
-    json["input"] = input.into();
+    json["input"] = input.as_str().into();
     json["seconds"] = seconds.into();
     // Keys and numbers always serialise; the fallback is never taken.
     let json = serde_json::to_string_pretty(&json).unwrap_or_default() + "\n";
     let mut writings: Vec<Writing> = Vec::new();
     if let Some(path) = &args.json {
         writings.push((path, Box::new(|out| out.write_all(json.as_bytes()))));
+    }
+    if let Some(path) = &args.html {
+        let page = page::page(&input, &throughput_text::about(world), report);
+        writings.push((path, Box::new(move |out| out.write_all(page.as_bytes()))));
     }
     Ok(files::write_together(&writings)?)
 }

@@ -4,15 +4,20 @@ use super::quantity;
 use crate::measure::throughput::report::{Report, Row};
 use crate::world::World;
 
-/// Everything that a run found, as text.
-pub fn tables(input: &str, world: &World, report: &Report) -> String {
-    let mut text = format!(
-        "{input}: {} triangles, {} spheres, {} quadrics, {} lights\n",
+/// What is in a scene.
+pub fn about(world: &World) -> String {
+    format!(
+        "{} triangles, {} spheres, {} quadrics, {} lights",
         quantity::count(world.triangles.len() as u64),
         quantity::count(world.spheres.len() as u64),
         quantity::count(world.quadrics.len() as u64),
         quantity::count(world.lights.len() as u64),
-    );
+    )
+}
+
+/// Everything that a run found, as text.
+pub fn tables(input: &str, world: &World, report: &Report) -> String {
+    let mut text = format!("{input}: {}\n", about(world));
     builds(report, &mut text);
     for set in report.sets.iter().filter(|set| set.ray_precision == "f32") {
         text.push_str(&format!(
@@ -63,13 +68,11 @@ fn rows(report: &Report, kind: &str, text: &mut String) {
     ));
     let mut rows: Vec<&Row> = report.rows.iter().filter(|row| row.rays == kind).collect();
     rows.sort_by(|a, b| {
-        let key = |row: &Row| (row.threads, row.engine.clone(), row.ray_precision);
-        key(b)
-            .1
-            .cmp(&key(a).1)
-            .reverse()
-            .then(key(a).cmp(&key(b)))
-            .then(b.mrays_per_s.median.total_cmp(&a.mrays_per_s.median))
+        let key = |row: &Row| (row.threads, !row.is_flatray(), row.ray_precision);
+        key(a).cmp(&key(b)).then_with(|| a.engine.cmp(&b.engine)).then_with(|| {
+            let speed = |row: &Row| row.mrays_per_s.median;
+            speed(b).total_cmp(&speed(a))
+        })
     });
     let figure = |n: Option<u64>| n.map_or_else(|| "-".to_owned(), quantity::count);
     for row in rows {
@@ -93,11 +96,14 @@ fn ratios(report: &Report, text: &mut String) {
     if report.ratios.is_empty() {
         return;
     }
-    text.push_str(&format!("\n{:<44} {:<8} {:<11} {:>7} {:>7}\n", "ratio", "bvh", "rays", "threads", "ratio"));
+    text.push_str(&format!(
+        "\n{:<44} {:<8} {:<11} {:>7} {:>7} {:>11}\n",
+        "ratio", "bvh", "rays", "threads", "ratio", "of fastest"
+    ));
     for ratio in &report.ratios {
         text.push_str(&format!(
-            "{:<44} {:<8} {:<11} {:>7} {:>7.2}\n",
-            ratio.what, ratio.quality, ratio.rays, ratio.threads, ratio.value
+            "{:<44} {:<8} {:<11} {:>7} {:>7.2} {:>11.2}\n",
+            ratio.what, ratio.quality, ratio.rays, ratio.threads, ratio.value, ratio.fastest
         ));
     }
     text.push('\n');

@@ -33,7 +33,7 @@ pub fn open(path: Option<&Path>) -> Result<Library, Error> {
             Err(why) => last = Some((candidate, why)),
         }
     }
-    let (place, found) = last.map_or_else(|| (PathBuf::from("embree"), "no library".to_owned()), |found| found);
+    let (place, found) = last.unwrap_or_else(|| (PathBuf::from("embree"), "no library".to_owned()));
     Err(Problem::new(Place::file(place), "Embree cannot be used").found(found).help(HOW_TO_GET_IT).into())
 }
 

@@ -10,7 +10,7 @@ use super::{Settings, check, isa_name, mode_name, preset_name};
 use crate::accel::Mode;
 use crate::error::Error;
 use crate::measure::generate::hash_unit;
-use crate::measure::rays::RayPrecision;
+use crate::measure::rays::{RayKind, RayPrecision};
 use crate::simd::Isa;
 use crate::world::World;
 
@@ -56,14 +56,14 @@ pub struct Contest<'a> {
     pair: &'a Pair,
     scenes: &'a [PeerScene<'a>],
     peer_rays: Option<PeerRays>,
-    /// Room for flatray's answers to either set; an occlusion set has as many rays in both precisions or nearly.
+    /// Room for flatray's answers to the f32 and to the f64 rays.
     answers: [Answers; 2],
     entries: Vec<Entry>,
 }
 
 impl<'a> Contest<'a> {
     /// Lists who takes part: flatray on f32 rays with all numbers of threads, on f64 rays with the first; Embree's
-    /// packets where rays are coherent.
+    /// packets where rays are coherent, and its robust mode with the first number of threads.
     pub fn new(
         world: &'a World,
         trees: &'a mut [Tree],
@@ -86,8 +86,14 @@ impl<'a> Contest<'a> {
                     }
                 }
             }
-            let widths: &[usize] = if pair.kind.is_coherent() { &[1, 4, 8, 16] } else { &[1] };
-            for scene in 0..scenes.len() {
+            for (scene, peer) in scenes.iter().enumerate() {
+                let widths: &[usize] = match pair.kind {
+                    _ if count > 0 && peer.robust => &[],
+                    RayKind::Primary if count == 0 => &[1, 4, 8, 16],
+                    RayKind::Shadow if count == 0 => &[1, 8, 16],
+                    RayKind::Primary | RayKind::Shadow => &[1, 16],
+                    RayKind::Reflection | RayKind::Diffuse => &[1],
+                };
                 widths.iter().for_each(|&width| enter(Way::Embree { scene, width }, threads));
             }
         }

@@ -7,6 +7,7 @@
 pub mod check;
 pub mod contest;
 pub mod export;
+pub mod page;
 pub mod pass;
 pub mod peer;
 pub mod ratio;

@@ -145,8 +145,10 @@ pub struct Ratio {
     pub quality: &'static str,
     /// Threads.
     pub threads: usize,
-    /// The ratio.
+    /// The ratio of medians.
     pub value: f64,
+    /// The ratio of the fastest repeats, which tells more where other work disturbs.
+    pub fastest: f64,
 }
 
 impl Report {
