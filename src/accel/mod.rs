@@ -174,6 +174,9 @@ impl Accel {
     #[inline(always)]
     fn closest_unbounded(&self, world: &World, ray: &PreparedRay) -> Hit {
         let mut best = Hit::MISS;
+        if self.unbounded.is_empty() {
+            return best;
+        }
         let mut ray = *ray;
         for prim in &self.unbounded {
             if let Some(found) = prim.intersect(world, &ray).filter(|found| found.is_before(&best)) {

@@ -19,8 +19,8 @@ pub trait Query {
     /// The answer of the full scan.
     fn scan(world: &World, ray: &PreparedRay) -> Self::Answer;
 
-    /// Asks the primitives outside of the tree; then a walk, or the answer where none is needed.
-    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Self::Answer>;
+    /// Asks the primitives outside of the tree: a hit to begin the walk with, or the answer where none is needed.
+    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Hit, Self::Answer>;
 
     /// Tests a leaf; whether the walk is over.
     fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
@@ -50,8 +50,8 @@ impl Query for Closest {
     }
 
     #[inline(always)]
-    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, Hit> {
-        Ok(Walk::new(simd, *ray, accel.closest_unbounded(world, ray)))
+    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Hit, Hit> {
+        Ok(accel.closest_unbounded(world, ray))
     }
 
     #[inline(always)]
@@ -86,13 +86,13 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Walk, bool> {
+    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Hit, bool> {
         for prim in &accel.unbounded {
             if prim.intersect(world, ray).is_some() {
                 return Err(true);
             }
         }
-        Ok(Walk::new(simd, *ray, Hit::MISS))
+        Ok(Hit::MISS)
     }
 
     #[inline(always)]
@@ -137,16 +137,19 @@ impl<'a, Q: Query> Asked<'a, Q> {
         self.todo.extend(places.rev());
     }
 
-    /// The next ray that has to walk, with its place in the batch; those before that need not are answered.
+    /// Prepares the next ray that has to walk, and says its place in the batch; those before that need not are answered.
     #[inline(always)]
-    pub fn start<S: Simd>(&mut self, simd: S) -> Option<(Walk, usize)> {
+    pub fn start<S: Simd>(&mut self, simd: S, walk: &mut Walk) -> Option<usize> {
         while let Some(place) = self.todo.pop() {
             let ray_idx = place as usize;
             self.answers[ray_idx] = match self.rays[ray_idx].prepare_with(simd) {
                 None => Q::NOTHING,
                 Some(ray) if self.accel.kind == AccelKind::Linear => Q::scan(self.world, &ray),
-                Some(ray) => match Q::begin(simd, self.accel, self.world, &ray) {
-                    Ok(walk) => return Some((walk, ray_idx)),
+                Some(ray) => match Q::begin(self.accel, self.world, &ray) {
+                    Ok(hit) => {
+                        *walk = Walk::new(simd, ray, hit);
+                        return Some(ray_idx);
+                    }
                     Err(answer) => answer,
                 },
             }

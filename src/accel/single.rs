@@ -34,7 +34,8 @@ const N_REMEMBERED: usize = 1 << 14;
 pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let (accel, world) = (asked.accel, asked.world);
     let mut stack = Stack::new(&accel.tree);
-    while let Some((mut walk, ray_idx)) = asked.start(simd) {
+    let mut walk = Walk::nowhere(simd);
+    while let Some(ray_idx) = asked.start(simd, &mut walk) {
         let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
         asked.end(&walk, is_over, ray_idx);
     }
@@ -55,7 +56,7 @@ fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &m
         } else if !stack.tested.has(item, stack.ray) && Q::leaf(simd, tree, world, walk, item.child(), tag) {
             return true;
         }
-        let Some(next) = stack.pop(walk.limit()) else { return false };
+        let Some(next) = stack.pop(walk.limit) else { return false };
         item = next;
     }
 }

@@ -18,8 +18,8 @@ pub const WIDTH: usize = crate::simd::WIDTH;
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Slabs {
-    /// Lower planes by axis, then upper planes by axis.
-    pub planes: [[f32; WIDTH]; 6],
+    /// By axis the lower planes and the upper ones.
+    pub planes: [[[f32; WIDTH]; 2]; 3],
 }
 
 /// Relative margin of the inverse direction: 2⁻²¹ covers three roundings of 2⁻²⁴ each: of the inverse itself, of the
@@ -34,28 +34,17 @@ pub struct SlabRay {
     near_inverse: [f32; WIDTH64],
     far_inverse: [f32; WIDTH64],
     t_min: f32,
+    /// Whether the ray runs down an axis.
+    runs_down: [bool; 3],
     /// Bit k is set where the ray runs down axis k.
     pub octant: u8,
 }
-
-/// The planes by which a ray of an octant enters and leaves a box, by axis.
-const PLANES: [[[u32; 2]; 3]; 8] = {
-    let mut planes = [[[0; 2]; 3]; 8];
-    let mut i = 0;
-    while i < 24 {
-        let (octant, axis) = (i / 3, i % 3);
-        let lower = axis as u32;
-        planes[octant][axis] = if octant >> axis & 1 == 1 { [lower + 3, lower] } else { [lower, lower + 3] };
-        i += 1;
-    }
-    planes
-};
 
 impl Slabs {
     /// Eight unused slots.
     pub const EMPTY: Slabs = {
         let (lo, hi) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-        Slabs { planes: [lo, lo, lo, hi, hi, hi] }
+        Slabs { planes: [[lo, hi]; 3] }
     };
 }
 
@@ -84,10 +73,11 @@ impl SlabRay {
             far_inverse: far,
             // −0.0 would make a key that is greater than all others.
             t_min: f32_at_most(t_min) + 0.0,
+            runs_down: [octant & 1 != 0, octant & 2 != 0, octant & 4 != 0],
             octant: octant & 0b111,
         };
         for axis in 0..3 {
-            let runs_down = octant >> axis & 1 == 1;
+            let runs_down = slab_ray.runs_down[axis];
             let sign = if runs_down { -1.0 } else { 1.0 };
             slab_ray.near_inverse[axis] = sign * slab_ray.near_inverse[axis].min(f32::MAX);
             slab_ray.far_inverse[axis] *= sign;
@@ -108,8 +98,9 @@ impl SlabRay {
         let mut t_near = simd.splat(self.t_min);
         let mut t_far = simd.splat(t_max);
         for axis in 0..3 {
-            let [near, far] = PLANES[self.octant as usize % 8][axis];
-            let (near, far) = (simd.load(&slabs.planes[near as usize]), simd.load(&slabs.planes[far as usize]));
+            // A bool is an index that needs no check.
+            let (planes, runs_down) = (&slabs.planes[axis], self.runs_down[axis]);
+            let (near, far) = (simd.load(&planes[usize::from(runs_down)]), simd.load(&planes[usize::from(!runs_down)]));
             let enter = (near - simd.splat(self.near_origin[axis])) * simd.splat(self.near_inverse[axis]);
             let leave =
                 (far - simd.splat(self.far_origin[axis])).mul_add(simd.splat(self.far_inverse[axis]), underflow);
@@ -131,8 +122,8 @@ mod tests {
     fn slabs(lo: [f32; 3], hi: [f32; 3]) -> Slabs {
         let mut slabs = Slabs::EMPTY;
         for axis in 0..3 {
-            slabs.planes[axis][3] = lo[axis];
-            slabs.planes[3 + axis][3] = hi[axis];
+            slabs.planes[axis][0][3] = lo[axis];
+            slabs.planes[axis][1][3] = hi[axis];
         }
         slabs
     }

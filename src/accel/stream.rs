@@ -47,18 +47,14 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let mut flights = Vec::with_capacity(IN_FLIGHT);
     let mut lists = Lists { flights: [[0; IN_FLIGHT]; 3], n: [0; 3] };
     let mut number = 0;
-    while flights.len() < IN_FLIGHT
-        && let Some((walk, ray_idx)) = asked.start(simd)
-    {
+    let begin = if tree.nodes.is_empty() { ENDED } else { NODE };
+    while flights.len() < IN_FLIGHT {
+        let mut walk = Walk::nowhere(simd);
+        let Some(ray_idx) = asked.start(simd, &mut walk) else { break };
         number += 1;
-        lists.add(NODE, flights.len());
+        lists.add(begin, flights.len());
         let stack = vec![0; tree.stack_size()];
         flights.push(Flight { walk, ray_idx, number, item: Item::ROOT, stack, n_items: 0, is_over: false });
-    }
-    if tree.nodes.is_empty() {
-        lists.n[ENDED] = lists.n[NODE];
-        lists.flights[ENDED] = lists.flights[NODE];
-        lists.n[NODE] = 0;
     }
 
     while lists.n[NODE] + lists.n[LEAF] + lists.n[ENDED] > 0 {
@@ -92,11 +88,11 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
             let index = usize::from(lists.flights[ENDED][i]) % IN_FLIGHT;
             let Some(flight) = flights.get_mut(index) else { continue };
             asked.end(&flight.walk, flight.is_over, flight.ray_idx);
-            if let Some((walk, ray_idx)) = asked.start(simd) {
+            if let Some(ray_idx) = asked.start(simd, &mut flight.walk) {
                 number += 1;
-                (flight.walk, flight.ray_idx, flight.number) = (walk, ray_idx, number);
+                (flight.ray_idx, flight.number) = (ray_idx, number);
                 (flight.item, flight.n_items, flight.is_over) = (Item::ROOT, 0, false);
-                lists.add(if tree.nodes.is_empty() { ENDED } else { NODE }, index);
+                lists.add(begin, index);
             }
         }
     }
@@ -133,7 +129,7 @@ impl Flight {
     /// Goes on to the next item and asks for its memory; says before what the ray then stands.
     #[inline(always)]
     fn advance<S: Simd>(&mut self, simd: S, tree: &WideTree) -> usize {
-        let limit = self.walk.limit();
+        let limit = self.walk.limit;
         loop {
             if self.n_items == 0 || self.is_over {
                 return ENDED;

@@ -23,6 +23,8 @@ pub struct Walk {
     pub best: Best,
     /// `t_max` of the ray, rounded up.
     pub t_max: f32,
+    /// The largest item that is still worth a visit. A box at exactly the best t may hold a hit of a lower id.
+    pub limit: Item,
 }
 
 /// The closest hit so far. A triangle that f32 is certain of is only described once the walk is over.
@@ -57,19 +59,23 @@ impl Walk {
             ray.t_max = ray.t_max.min(hit.t.next_up());
         }
         let inverse = inverse(simd, ray.direction);
+        let t_max = f32_at_least(ray.t_max);
         Walk {
             slab: SlabRay::new(simd, &ray, inverse),
             lane: LaneRay::new(&ray, &inverse.to_array()),
             best: Best::exact(hit),
-            t_max: f32_at_least(ray.t_max),
+            t_max,
+            limit: Item::limit(t_max),
             ray,
         }
     }
 
-    /// The largest item that is still worth a visit. A box at exactly the best t may hold a hit of a lower id.
+    /// A place for a walk.
     #[inline(always)]
-    pub fn limit(&self) -> Item {
-        Item::limit(self.t_max)
+    pub fn nowhere<S: Simd>(simd: S) -> Walk {
+        let (origin, direction) = (DVec3::ZERO, DVec3::X);
+        let ray = PreparedRay { origin, direction, t_min: 0.0, t_max: 1.0, axis: 0, tame: true };
+        Walk::new(simd, ray, Hit::MISS)
     }
 
     /// Takes a hit as the best and cuts the ray behind it; the hit itself stays inside, since a tie goes by id.
@@ -78,6 +84,7 @@ impl Walk {
         self.best = Best::exact(hit);
         self.ray.t_max = self.ray.t_max.min(hit.t.next_up());
         self.t_max = f32_at_least(self.ray.t_max);
+        self.limit = Item::limit(self.t_max);
     }
 
     /// Takes a triangle as the best whose parameter is only known to lie in an interval.
@@ -86,6 +93,7 @@ impl Walk {
         self.best.pending = Some(pending);
         (self.best.t_low, self.best.t_high) = (t_low, t_high);
         self.t_max = t_high;
+        self.limit = Item::limit(t_high);
         self.ray.t_max = f64::from(t_high).next_up();
     }
 }

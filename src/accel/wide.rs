@@ -121,8 +121,8 @@ impl WideNode {
     /// Fills a slot.
     pub fn set(&mut self, slot: usize, entry: &Entry) {
         for axis in 0..3 {
-            self.slabs.planes[axis][slot] = entry.bounds.lo[axis];
-            self.slabs.planes[3 + axis][slot] = entry.bounds.hi[axis];
+            self.slabs.planes[axis][0][slot] = entry.bounds.lo[axis];
+            self.slabs.planes[axis][1][slot] = entry.bounds.hi[axis];
         }
         self.child[slot] = entry.child;
         self.tag_bits[slot] = entry.tag.0;
@@ -130,7 +130,7 @@ impl WideNode {
 
     /// Slots in use.
     pub fn slots(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..WIDTH).filter(|&slot| self.slabs.planes[0][slot] <= self.slabs.planes[3][slot])
+        (0..WIDTH).filter(|&slot| self.slabs.planes[0][0][slot] <= self.slabs.planes[0][1][slot])
     }
 
     /// What a slot holds.
@@ -146,8 +146,8 @@ impl WideNode {
 
     /// The box of a slot in use.
     pub fn bounds(&self, slot: usize) -> Bounds {
-        let [x0, y0, z0, x1, y1, z1] = self.slabs.planes.map(|plane| plane[slot]);
-        Bounds { lo: Vec3::new(x0, y0, z0), hi: Vec3::new(x1, y1, z1) }
+        let corner = |side: usize| Vec3::from_array(self.slabs.planes.map(|planes| planes[side][slot]));
+        Bounds { lo: corner(0), hi: corner(1) }
     }
 }
 

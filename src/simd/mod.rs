@@ -11,6 +11,8 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod portable;
 pub mod rounding;
 
@@ -31,6 +33,9 @@ pub enum Isa {
     Baseline,
     /// x86-64 with AVX2, FMA and BMI.
     Avx2,
+    /// The same lanes with AVX-512's encodings (F, VL, DQ, BW): twice the registers, operands broadcast from memory,
+    /// comparisons into mask registers.
+    Avx512,
 }
 
 /// The proof that the processor has an instruction set, and the way to its lanes.
@@ -142,7 +147,9 @@ impl Isa {
     /// The best set that this processor has; found once per process.
     pub fn detect() -> Isa {
         #[cfg(target_arch = "x86_64")]
-        if avx2::Avx2::detect().is_some() {
+        if avx512::Avx512::detect().is_some() {
+            return Isa::Avx512;
+        } else if avx2::Avx2::detect().is_some() {
             return Isa::Avx2;
         }
         Isa::Baseline
@@ -150,11 +157,20 @@ impl Isa {
 
     /// Whether this processor has the set.
     pub fn is_available(self) -> bool {
-        self == Isa::Baseline || self == Isa::detect()
+        match (self, Isa::detect()) {
+            (Isa::Baseline, _) | (Isa::Avx2, Isa::Avx2 | Isa::Avx512) | (Isa::Avx512, Isa::Avx512) => true,
+            (Isa::Avx2 | Isa::Avx512, _) => false,
+        }
     }
 
     /// Runs a batch with this set, or with the baseline where the processor lacks it.
     pub fn dispatch<B: Batch>(self, batch: B) {
+        #[cfg(target_arch = "x86_64")]
+        if self == Isa::Avx512
+            && let Some(avx512) = avx512::Avx512::detect()
+        {
+            return avx512.run(batch);
+        }
         #[cfg(target_arch = "x86_64")]
         if self == Isa::Avx2
             && let Some(avx2) = avx2::Avx2::detect()
