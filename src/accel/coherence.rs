@@ -60,7 +60,9 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
     let (smallest, largest) = (-(-size_lo).max(-size_hi), size_lo.max(size_hi));
     let one = simd.splat64(1.0);
     let t_min = rays.iter().fold(f64::INFINITY, |t_min, ray| if ray.t_min < t_min { ray.t_min } else { t_min });
-    let slab = SlabRay::between(simd, rays[0].origin, [one / largest, one / smallest], downwards as u8, t_min);
+    let around = lanes(simd, rays[0].origin).outwards();
+    let sizes = [one / largest, one / smallest];
+    let slab = SlabRay::new::<S>(&around, sizes, downwards as u8, f32_at_most(t_min));
 
     // Slopes.
     let axes = PreparedRay::new(rays[0].origin, rays[0].direction, 0.0, 1.0)?.axes();

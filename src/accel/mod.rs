@@ -27,7 +27,7 @@ use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use packet::PacketQuery;
-use query::{Any, Asked, Closest};
+use query::{Any, Asked, Closest, Todo};
 use wide::WideTree;
 
 /// How to find hits.
@@ -232,21 +232,18 @@ impl Accel {
 impl<Q: PacketQuery> Batch for Asked<'_, Q> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let n_rays = self.rays.len() as u32;
+        let all = Todo::Run(0..self.rays.len());
         match self.accel.mode {
             Mode::Auto | Mode::Packet if self.accel.has_packets() => {
                 let others = packet::run(simd, &mut self);
-                self.plan(others.into_iter());
-                stream::run(simd, &mut self);
+                self.plan(Todo::Some(others.into_iter()));
             }
-            Mode::Auto | Mode::Packet | Mode::Batch => {
-                self.plan(0..n_rays);
-                stream::run(simd, &mut self);
-            }
-            Mode::Single => {
-                self.plan(0..n_rays);
-                single::run(simd, &mut self);
-            }
+            _ => self.plan(all),
+        }
+        if self.accel.mode == Mode::Single || !stream::can_run(&self.accel.tree) {
+            single::run(simd, &mut self);
+        } else {
+            stream::run(simd, &mut self);
         }
         self.describe(simd);
     }

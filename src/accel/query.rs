@@ -109,6 +109,24 @@ impl Query for Any {
     fn describe<S: Simd>(_simd: S, _tree: &WideTree, _rays: &[Ray], _rest: &[Undescribed], _answers: &mut [bool]) {}
 }
 
+/// Which rays of a batch are still to be started.
+pub enum Todo {
+    /// A run of them.
+    Run(std::ops::Range<usize>),
+    /// These.
+    Some(std::vec::IntoIter<u32>),
+}
+
+impl Todo {
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        match self {
+            Todo::Run(range) => range.next(),
+            Todo::Some(places) => places.next().map(|place| place as usize),
+        }
+    }
+}
+
 /// A batch on its way.
 pub struct Asked<'a, Q: Query> {
     /// The structure.
@@ -119,8 +137,8 @@ pub struct Asked<'a, Q: Query> {
     pub rays: &'a [Ray],
     /// One answer per ray.
     pub answers: &'a mut [Q::Answer],
-    /// Places of rays that are still to be started, the next one last.
-    todo: Vec<u32>,
+    /// Places of rays that are still to be started.
+    todo: Todo,
     /// Rays whose answers are still to be described.
     rest: Vec<Undescribed>,
 }
@@ -128,26 +146,25 @@ pub struct Asked<'a, Q: Query> {
 impl<'a, Q: Query> Asked<'a, Q> {
     /// Nothing started yet.
     pub fn new(accel: &'a Accel, world: &'a World, rays: &'a [Ray], answers: &'a mut [Q::Answer]) -> Asked<'a, Q> {
-        Asked { accel, world, rays, answers, todo: Vec::new(), rest: Vec::new() }
+        Asked { accel, world, rays, answers, todo: Todo::Run(0..0), rest: Vec::new() }
     }
 
     /// Says which rays are to be started, in this order.
     #[inline(always)]
-    pub fn plan(&mut self, places: impl DoubleEndedIterator<Item = u32>) {
-        self.todo.extend(places.rev());
+    pub fn plan(&mut self, todo: Todo) {
+        self.todo = todo;
     }
 
     /// Prepares the next ray that has to walk, and says its place in the batch; those before that need not are answered.
     #[inline(always)]
     pub fn start<S: Simd>(&mut self, simd: S, walk: &mut Walk) -> Option<usize> {
-        while let Some(place) = self.todo.pop() {
-            let ray_idx = place as usize;
+        while let Some(ray_idx) = self.todo.next() {
             self.answers[ray_idx] = match self.rays[ray_idx].prepare_with(simd) {
                 None => Q::NOTHING,
                 Some(ray) if self.accel.kind == AccelKind::Linear => Q::scan(self.world, &ray),
                 Some(ray) => match Q::begin(self.accel, self.world, &ray) {
                     Ok(hit) => {
-                        *walk = Walk::new(simd, ray, hit);
+                        walk.begin(simd, ray, hit);
                         return Some(ray_idx);
                     }
                     Err(answer) => answer,

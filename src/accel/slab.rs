@@ -5,10 +5,6 @@
 //! direction towards zero for the near planes and away from it for the far ones, each with a margin of
 //! [`INVERSE_MARGIN`] for the subtraction and the product. The bound is derived in `docs/NUMERICS.md`.
 
-use glam::DVec3;
-
-use crate::numeric::prepared::{PreparedRay, lanes};
-use crate::numeric::rounding::f32_at_most;
 use crate::simd::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH64};
 
 /// Children of a node.
@@ -49,41 +45,33 @@ impl Slabs {
 }
 
 impl SlabRay {
-    /// Rounds a ray outwards. `inverse` is 1 over its direction, within an ulp, where −0.0 counts as 0.0: a parallel ray is
-    /// treated as running upwards on every axis.
+    /// Rays of one octant, their origins lying between two points and their inverse directions between two in
+    /// magnitude, where −0.0 counts as 0.0: a parallel ray is treated as running upwards on every axis. `t_min` must be
+    /// rounded downwards.
     #[inline(always)]
-    pub fn new<S: Simd>(simd: S, ray: &PreparedRay, inverse: S::F64) -> SlabRay {
-        let octant = inverse.lt(simd.splat64(0.0)).bits() as u8;
-        let size = inverse.abs();
-        SlabRay::between(simd, ray.origin, [size, size], octant, ray.t_min)
-    }
-
-    /// Rays of one origin and octant, their inverse directions being between two in magnitude.
-    #[inline(always)]
-    pub fn between<S: Simd>(simd: S, origin: DVec3, sizes: [S::F64; 2], octant: u8, t_min: f64) -> SlabRay {
-        let [down, up] = lanes(simd, origin).outwards();
+    pub fn new<S: Simd>(origin: &[[f32; WIDTH64]; 2], sizes: [S::F64; 2], octant: u8, t_min: f32) -> SlabRay {
         // Away from zero may overflow to ∞: 0·∞ = NaN is then ignored by the comparisons. Towards zero stays finite,
         // since ∞ would be no lower bound.
-        let [near, _] = (sizes[0] * simd.splat64(1.0 - INVERSE_MARGIN)).outwards();
-        let [_, far] = (sizes[1] * simd.splat64(1.0 + INVERSE_MARGIN)).outwards();
+        let [near, _] = (sizes[0] * sizes[0].same(1.0 - INVERSE_MARGIN)).outwards();
+        let [_, far] = (sizes[1] * sizes[1].same(1.0 + INVERSE_MARGIN)).outwards();
+        let runs_down = [octant & 1 != 0, octant & 2 != 0, octant & 4 != 0];
         let mut slab_ray = SlabRay {
-            near_origin: up,
-            far_origin: down,
-            near_inverse: near,
-            far_inverse: far,
+            near_origin: [0.0; WIDTH64],
+            far_origin: [0.0; WIDTH64],
+            near_inverse: [0.0; WIDTH64],
+            far_inverse: [0.0; WIDTH64],
             // −0.0 would make a key that is greater than all others.
-            t_min: f32_at_most(t_min) + 0.0,
-            runs_down: [octant & 1 != 0, octant & 2 != 0, octant & 4 != 0],
+            t_min: t_min + 0.0,
+            runs_down,
             octant: octant & 0b111,
         };
         for axis in 0..3 {
-            let runs_down = slab_ray.runs_down[axis];
-            let sign = if runs_down { -1.0 } else { 1.0 };
-            slab_ray.near_inverse[axis] = sign * slab_ray.near_inverse[axis].min(f32::MAX);
-            slab_ray.far_inverse[axis] *= sign;
-            if runs_down {
-                (slab_ray.near_origin[axis], slab_ray.far_origin[axis]) = (down[axis], up[axis]);
-            }
+            let down = usize::from(runs_down[axis]);
+            let sign = u32::from(runs_down[axis]) << 31;
+            slab_ray.near_origin[axis] = origin[1 - down][axis];
+            slab_ray.far_origin[axis] = origin[down][axis];
+            slab_ray.near_inverse[axis] = f32::from_bits(near[axis].min(f32::MAX).to_bits() ^ sign);
+            slab_ray.far_inverse[axis] = f32::from_bits(far[axis].to_bits() ^ sign);
         }
         slab_ray
     }
@@ -115,9 +103,11 @@ impl SlabRay {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::walk::inverse;
+    use crate::accel::walk::Walk;
+    use crate::numeric::prepared::PreparedRay;
     use crate::simd::Portable;
-    use glam::dvec3;
+    use crate::world::Hit;
+    use glam::{DVec3, dvec3};
 
     fn slabs(lo: [f32; 3], hi: [f32; 3]) -> Slabs {
         let mut slabs = Slabs::EMPTY;
@@ -130,8 +120,9 @@ mod tests {
 
     fn mask(origin: DVec3, direction: DVec3, slabs: &Slabs) -> u32 {
         let ray = PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap();
-        let inverse = inverse(Portable, direction);
-        SlabRay::new(Portable, &ray, inverse).hits(Portable, slabs, f32::INFINITY).1
+        let mut walk = Walk::nowhere(Portable);
+        walk.begin(Portable, ray, Hit::MISS);
+        walk.slab.hits(Portable, slabs, f32::INFINITY).1
     }
 
     #[test]

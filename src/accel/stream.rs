@@ -2,7 +2,8 @@
 //!
 //! Each ray takes one step at a time. Rays that stand before a node are stepped together, then those that stand before a
 //! leaf, so that each loop runs the same code over and over and steps of different rays, which do not depend on each
-//! other, overlap in the processor.
+//! other, overlap in the processor. The sets of rays are masks, and all that a ray has lies in one place of fixed size:
+//! keeping books must not cost more than testing boxes.
 
 use super::order::{Item, ORDER};
 use super::query::{Asked, Query};
@@ -14,29 +15,36 @@ use crate::simd::{Simd, WIDTH};
 /// Rays in flight: enough to cover a fetch from memory, few enough to stay in the first-level cache.
 const IN_FLIGHT: usize = 16;
 
+/// Items that a ray in flight has room for, a power of two.
+const STACK_SIZE: usize = 512;
+
 /// A ray in flight.
+#[derive(Clone)]
 struct Flight {
     walk: Walk,
+    /// Where it stands.
+    item: Item,
+    n_items: usize,
     ray_idx: usize,
     /// Counts walks, for the mailboxes.
     number: u64,
-    /// Where it stands.
-    item: Item,
-    /// What is left to be visited.
-    stack: Vec<u64>,
-    n_items: usize,
     is_over: bool,
+    /// What is left to be visited; eight are written at a time.
+    stack: [u64; STACK_SIZE + WIDTH],
 }
 
-/// Before what rays stand: the numbers of flights in three lists.
-struct Lists {
-    flights: [[u8; IN_FLIGHT]; 3],
-    n: [usize; 3],
+/// Which flights stand before what, one bit per flight.
+#[derive(Clone, Copy, Default)]
+struct Places {
+    nodes: u32,
+    leaves: u32,
+    ended: u32,
 }
 
-const NODE: usize = 0;
-const LEAF: usize = 1;
-const ENDED: usize = 2;
+/// Whether rays of this tree fit in flight: a tree would have to be 70 levels deep not to.
+pub fn can_run(tree: &WideTree) -> bool {
+    tree.stack_size() <= STACK_SIZE
+}
 
 /// Walks all rays of a batch.
 #[inline(always)]
@@ -44,106 +52,133 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let (accel, world) = (asked.accel, asked.world);
     let tree = &accel.tree;
     let mut mailboxes = Mailboxes::new(tree);
-    let mut flights = Vec::with_capacity(IN_FLIGHT);
-    let mut lists = Lists { flights: [[0; IN_FLIGHT]; 3], n: [0; 3] };
+    let nowhere = Flight {
+        walk: Walk::nowhere(simd),
+        item: Item::ROOT,
+        n_items: 0,
+        ray_idx: 0,
+        number: 0,
+        is_over: false,
+        stack: [0; STACK_SIZE + WIDTH],
+    };
+    let mut flights = vec![nowhere; IN_FLIGHT];
+    let Some(flights) = flights.first_chunk_mut::<IN_FLIGHT>() else { return };
+    let is_empty = tree.nodes.is_empty();
+    let mut at = Places::default();
     let mut number = 0;
-    let begin = if tree.nodes.is_empty() { ENDED } else { NODE };
-    while flights.len() < IN_FLIGHT {
-        let mut walk = Walk::nowhere(simd);
-        let Some(ray_idx) = asked.start(simd, &mut walk) else { break };
+    for (i, flight) in flights.iter_mut().enumerate() {
         number += 1;
-        lists.add(begin, flights.len());
-        let stack = vec![0; tree.stack_size()];
-        flights.push(Flight { walk, ray_idx, number, item: Item::ROOT, stack, n_items: 0, is_over: false });
+        at.begin(i, is_empty, flight.begin(simd, asked, number));
     }
 
-    while lists.n[NODE] + lists.n[LEAF] + lists.n[ENDED] > 0 {
+    while at.nodes | at.leaves | at.ended != 0 {
         // Nodes: first all boxes, which takes no branch that could go wrong, then what to do next.
-        let n_at_nodes = lists.take(NODE);
-        for &index in &lists.flights[NODE][..n_at_nodes] {
-            let Some(flight) = flights.get_mut(usize::from(index)) else { continue };
-            flight.push_children(simd, tree);
+        for i in bits(at.nodes) {
+            flights[i % IN_FLIGHT].push_children(simd, tree);
         }
-        for i in 0..n_at_nodes {
-            let index = usize::from(lists.flights[NODE][i]) % IN_FLIGHT;
-            let Some(flight) = flights.get_mut(index) else { continue };
-            let place = flight.advance(simd, tree);
-            lists.add(place, index);
+        for i in bits(std::mem::take(&mut at.nodes)) {
+            flights[i % IN_FLIGHT].advance(simd, tree, &mut at, i);
         }
 
         // Leaves.
-        for i in 0..lists.take(LEAF) {
-            let index = usize::from(lists.flights[LEAF][i]) % IN_FLIGHT;
-            let Some(flight) = flights.get_mut(index) else { continue };
-            let (item, tag) = (flight.item, flight.item.tag());
+        for i in bits(std::mem::take(&mut at.leaves)) {
+            let flight = &mut flights[i % IN_FLIGHT];
+            let item = flight.item;
             if !mailboxes.has(item, flight.number) {
-                flight.is_over = Q::leaf(simd, tree, world, &mut flight.walk, item.child(), tag);
+                flight.is_over = Q::leaf(simd, tree, world, &mut flight.walk, item.child(), item.tag());
             }
-            let place = flight.advance(simd, tree);
-            lists.add(place, index);
+            if flight.is_over {
+                at.ended |= 1 << i;
+            } else {
+                flight.advance(simd, tree, &mut at, i);
+            }
         }
 
         // Ends, and new rays.
-        for i in 0..lists.take(ENDED) {
-            let index = usize::from(lists.flights[ENDED][i]) % IN_FLIGHT;
-            let Some(flight) = flights.get_mut(index) else { continue };
+        for i in bits(std::mem::take(&mut at.ended)) {
+            let flight = &mut flights[i % IN_FLIGHT];
             asked.end(&flight.walk, flight.is_over, flight.ray_idx);
-            if let Some(ray_idx) = asked.start(simd, &mut flight.walk) {
-                number += 1;
-                (flight.ray_idx, flight.number) = (ray_idx, number);
-                (flight.item, flight.n_items, flight.is_over) = (Item::ROOT, 0, false);
-                lists.add(begin, index);
-            }
+            number += 1;
+            at.begin(i, is_empty, flight.begin(simd, asked, number));
         }
     }
 }
 
-impl Lists {
-    /// Empties a list, whose entries may still be read, and says how many there were.
-    #[inline(always)]
-    fn take(&mut self, place: usize) -> usize {
-        std::mem::take(&mut self.n[place])
-    }
+/// The bits that are set, from the lowest on.
+#[inline(always)]
+fn bits(mask: u32) -> Bits {
+    Bits(mask)
+}
 
-    /// Appends to a list. While a list is worked through, what is appended to it never reaches what is still to be read.
+struct Bits(u32);
+
+impl Iterator for Bits {
+    type Item = usize;
+
     #[inline(always)]
-    fn add(&mut self, place: usize, index: usize) {
-        let n = &mut self.n[place];
-        self.flights[place][*n % IN_FLIGHT] = index as u8;
-        *n += 1;
+    fn next(&mut self) -> Option<usize> {
+        let i = self.0.trailing_zeros() as usize;
+        (self.0 != 0).then(|| {
+            self.0 &= self.0 - 1;
+            i
+        })
+    }
+}
+
+impl Places {
+    /// Puts a flight where it begins, if there was a ray for it.
+    #[inline(always)]
+    fn begin(&mut self, i: usize, is_empty: bool, has_begun: bool) {
+        let bit = u32::from(has_begun) << i;
+        self.nodes |= if is_empty { 0 } else { bit };
+        self.ended |= if is_empty { bit } else { 0 };
     }
 }
 
 impl Flight {
+    /// Takes the next ray of the batch; whether there was one.
+    #[inline(always)]
+    fn begin<S: Simd, Q: Query>(&mut self, simd: S, asked: &mut Asked<Q>, number: u64) -> bool {
+        let Some(ray_idx) = asked.start(simd, &mut self.walk) else { return false };
+        (self.ray_idx, self.number) = (ray_idx, number);
+        (self.item, self.n_items, self.is_over) = (Item::ROOT, 0, false);
+        true
+    }
+
     #[inline(always)]
     fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree) {
         let node = &tree.nodes[self.item.child() as usize];
         let (t_near, mask) = self.walk.slab.hits(simd, &node.slabs, self.walk.t_max);
         let order = &ORDER[self.walk.slab.octant as usize % WIDTH][mask as usize % 256];
-        if let Some(to) = self.stack[self.n_items..].first_chunk_mut() {
+        // `can_run` has seen to it that the stack suffices.
+        if let Some(to) = self.stack[self.n_items % STACK_SIZE..].first_chunk_mut() {
             simd.pack(t_near, node.tag_bits(), &node.child, order, to);
-            self.n_items += mask.count_ones() as usize;
         }
+        self.n_items += mask.count_ones() as usize;
     }
 
-    /// Goes on to the next item and asks for its memory; says before what the ray then stands.
+    /// Goes on to the next item, asks for its memory, and notes before what the ray then stands.
     #[inline(always)]
-    fn advance<S: Simd>(&mut self, simd: S, tree: &WideTree) -> usize {
+    fn advance<S: Simd>(&mut self, simd: S, tree: &WideTree, at: &mut Places, i: usize) {
         let limit = self.walk.limit;
-        loop {
-            if self.n_items == 0 || self.is_over {
-                return ENDED;
+        let mut n_items = self.n_items;
+        let item = loop {
+            if n_items == 0 {
+                at.ended |= 1 << i;
+                return;
             }
-            self.n_items -= 1;
-            self.item = Item(self.stack[self.n_items]);
-            if self.item <= limit {
-                break;
+            n_items -= 1;
+            let item = Item(self.stack[n_items % STACK_SIZE]);
+            if item <= limit {
+                break item;
             }
-        }
-        // Without a branch, since either is as likely: a leaf of another kind asks for memory in vain.
-        let (tag, child) = (self.item.tag(), self.item.child() as usize);
-        let is_leaf = tag.n_prims() > 0;
+        };
+        (self.n_items, self.item) = (n_items, item);
+        let child = item.child() as usize;
+        let is_leaf = item.tag().n_prims() > 0;
+        // A leaf of another kind asks for memory in vain.
         simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, if is_leaf { N_COORDINATES * child } else { child });
-        if is_leaf { LEAF } else { NODE }
+        at.leaves |= u32::from(is_leaf) << i;
+        at.nodes |= u32::from(!is_leaf) << i;
     }
 }

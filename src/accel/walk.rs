@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::order::Item;
 use super::slab::SlabRay;
-use crate::numeric::lane::LaneRay;
+use crate::numeric::lane::{LaneRay, RoundedRay};
 use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
-use crate::simd::{F64Lanes, Simd};
+use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::Hit;
 
 /// A ray on its way.
@@ -54,28 +54,48 @@ pub struct Pending {
 impl Walk {
     /// Starts a ray with a hit that it is known to have, if any.
     #[inline(always)]
-    pub fn new<S: Simd>(simd: S, mut ray: PreparedRay, hit: Hit) -> Walk {
+    pub fn begin<S: Simd>(&mut self, simd: S, mut ray: PreparedRay, hit: Hit) {
+        self.best = Best::NOTHING;
         if hit.is_some() {
+            self.best = Best::exact(hit);
             ray.t_max = ray.t_max.min(hit.t.next_up());
         }
+
+        // Each part is rounded once, in lanes.
+        let direction = lanes(simd, ray.direction);
         let inverse = inverse(simd, ray.direction);
-        let t_max = f32_at_least(ray.t_max);
-        Walk {
-            slab: SlabRay::new(simd, &ray, inverse),
-            lane: LaneRay::new(&ray, &inverse.to_array()),
-            best: Best::exact(hit),
-            t_max,
-            limit: Item::limit(t_max),
-            ray,
+        let size = inverse.abs();
+        let octant = inverse.lt(simd.splat64(0.0)).bits() as u8;
+        let [down, up] = lanes(simd, ray.origin).outwards();
+        let [t_down, t_up] = simd.load64(&[ray.t_min, ray.t_max, 0.0, 0.0]).outwards();
+        let mut off = [0.0; WIDTH64];
+        for i in 0..3 {
+            off[i] = up[i] - down[i];
         }
+        let rounded = RoundedRay {
+            origin: down,
+            off,
+            inverse: inverse.to_array(),
+            direction: direction.to_array(),
+            t_min: [t_down[0], t_up[0]],
+            t_max: [t_down[1], t_up[1]],
+        };
+        // Part by part: a whole walk would be built elsewhere and copied.
+        self.slab = SlabRay::new::<S>(&[down, up], [size, size], octant, t_down[0]);
+        self.lane = LaneRay::new(&ray, &rounded);
+        self.t_max = t_up[1];
+        self.limit = Item::limit(t_up[1]);
+        self.ray = ray;
     }
 
-    /// A place for a walk.
+    /// A walk along a ray of no consequence, as a place for others.
     #[inline(always)]
     pub fn nowhere<S: Simd>(simd: S) -> Walk {
         let (origin, direction) = (DVec3::ZERO, DVec3::X);
         let ray = PreparedRay { origin, direction, t_min: 0.0, t_max: 1.0, axis: 0, tame: true };
-        Walk::new(simd, ray, Hit::MISS)
+        let slab = SlabRay::new::<S>(&[[0.0; WIDTH64]; 2], [simd.splat64(1.0); 2], 0, 0.0);
+        let limit = Item::limit(1.0);
+        Walk { slab, lane: LaneRay::NOWHERE, best: Best::NOTHING, t_max: 1.0, limit, ray }
     }
 
     /// Takes a hit as the best and cuts the ray behind it; the hit itself stays inside, since a tie goes by id.
@@ -105,6 +125,9 @@ pub fn inverse<S: Simd>(simd: S, direction: DVec3) -> S::F64 {
 }
 
 impl Best {
+    /// No hit yet.
+    const NOTHING: Best = Best { hit: Hit::MISS, pending: None, t_low: f32::INFINITY, t_high: f32::INFINITY };
+
     #[inline(always)]
     fn exact(hit: Hit) -> Best {
         Best { hit, pending: None, t_low: f32_at_most(hit.t), t_high: f32_at_least(hit.t) }

@@ -6,10 +6,7 @@
 //!
 //! (No closures here: they are not always inlined, and what is not inlined is compiled for the baseline.)
 
-use glam::DVec3;
-
 use super::prepared::PreparedRay;
-use super::rounding::{f32_at_least, f32_at_most};
 use super::triangle::LARGEST_SHARE;
 use crate::simd::{F32Lanes, Simd, WIDTH64};
 
@@ -39,6 +36,23 @@ pub struct LaneRay {
     axis: u8,
 }
 
+/// What the parts of a ray are rounded to; the last number of each array of four is not used.
+#[derive(Clone, Copy, Debug)]
+pub struct RoundedRay {
+    /// The origin; each component is next to the exact one.
+    pub origin: [f32; WIDTH64],
+    /// How far the two f32 around each component are apart; 0 for one that f32 holds.
+    pub off: [f32; WIDTH64],
+    /// 1 over the direction, within an ulp.
+    pub inverse: [f64; WIDTH64],
+    /// The direction.
+    pub direction: [f64; WIDTH64],
+    /// The lower end of the interval, down and up.
+    pub t_min: [f32; 2],
+    /// The upper end, down and up.
+    pub t_max: [f32; 2],
+}
+
 /// Where the nine coordinates of a triangle stand among its columns, by that axis.
 pub(super) const COLUMNS: [[u32; 9]; 3] =
     [[1, 2, 0, 4, 5, 3, 7, 8, 6], [2, 0, 1, 5, 3, 4, 8, 6, 7], [0, 1, 2, 3, 4, 5, 6, 7, 8]];
@@ -61,24 +75,36 @@ pub struct LaneEdges<F> {
 pub(super) const EDGE_ERROR: f32 = 16.5;
 
 impl LaneRay {
-    /// Rounds a ray. `inverse` is 1 over its direction, within an ulp.
+    /// A ray of no consequence.
+    pub const NOWHERE: LaneRay = LaneRay {
+        origin: [0.0; 3],
+        slope: [0.0; 2],
+        reach: 0.0,
+        slack: 0.0,
+        reciprocal: 1.0,
+        t_min_above: 0.0,
+        t_min_below: 0.0,
+        t_max_below: 1.0,
+        axis: 0,
+    };
+
+    /// A ray from what its parts have been rounded to.
     #[inline(always)]
-    pub fn new(ray: &PreparedRay, inverse: &[f64; WIDTH64]) -> LaneRay {
+    pub fn new(ray: &PreparedRay, rounded: &RoundedRay) -> LaneRay {
         let [x, y, z] = ray.axes();
-        let origin = DVec3::new(ray.origin[x], ray.origin[y], ray.origin[z]);
-        let rounded = origin.as_vec3();
+        let RoundedRay { origin, off, inverse, direction, t_min, t_max } = rounded;
         // Infinite where the origin is beyond f32: every lane is then left open.
-        let residual = (origin - rounded.as_dvec3()).abs().max_element() as f32 * (1.0 + f32::EPSILON);
+        let residual = off[0].max(off[1]).max(off[2]);
         let inverse = inverse[z];
         LaneRay {
-            origin: rounded.to_array(),
-            slope: [(ray.direction[x] * inverse) as f32, (ray.direction[y] * inverse) as f32],
+            origin: [origin[x], origin[y], origin[z]],
+            slope: [(direction[x] * inverse) as f32, (direction[y] * inverse) as f32],
             reach: residual * (0.5 / U32),
             slack: depth_slack(residual),
             reciprocal: sound_reciprocal(inverse),
-            t_min_above: f32_at_least(ray.t_min),
-            t_min_below: f32_at_most(ray.t_min),
-            t_max_below: f32_at_most(ray.t_max),
+            t_min_above: t_min[1],
+            t_min_below: t_min[0],
+            t_max_below: t_max[0],
             axis: z as u8,
         }
     }

@@ -88,13 +88,9 @@ pub const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 #[inline(always)]
 pub fn longest_axis(direction: DVec3) -> usize {
     let size = direction.abs();
-    if size.x >= size.y && size.x >= size.z {
-        0
-    } else if size.y >= size.z {
-        1
-    } else {
-        2
-    }
+    // Two steps without a branch.
+    let (axis, longest) = if size.y > size.x { (1, size.y) } else { (0, size.x) };
+    if size.z > longest { 2 } else { axis }
 }
 
 #[cfg(test)]
