@@ -220,24 +220,30 @@ pub fn is_degenerate(corners: [Vec3; 3]) -> bool {
 }
 
 /// The unit normal by the winding, of a triangle that is not degenerate; each component within a few u.
+#[inline(always)]
 pub fn unit_normal(corners: [Vec3; 3]) -> DVec3 {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let (a, b, c) = (corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3());
     let n = match exact_edges(a, b, c) {
         Some((e, f)) => cross(e, f).hi(),
-        None => {
-            let [a, b, c] = [a, b, c].map(Dyadic::vector);
-            let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
-            DVec3::from_array(n.map(|component| component.to_f64()))
-        }
+        None => normal_exact([a, b, c]),
     };
     // f32 corners bound the normal by 2²⁵⁸ and 2⁻²⁹⁸: its square cannot leave the range of f64 (2^±1022).
     n.normalize_or_zero()
 }
 
+/// The normal of edges that f64 cannot hold, rounded.
+#[cold]
+fn normal_exact(corners: [DVec3; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(Dyadic::vector);
+    let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
+    DVec3::from_array(n.map(|component| component.to_f64()))
+}
+
 /// The way from `p` to the plane of a triangle that is not degenerate, along its normal. The distance is computed in
 /// double-double from the unrounded normal: a rounded one would tilt the plane by as much as `p` is far from a corner.
+#[inline(always)]
 pub fn to_plane(corners: [Vec3; 3], p: DVec3) -> DVec3 {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let (a, b, c) = (corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3());
     match exact_edges(a, b, c) {
         Some((e, f)) => {
             let n = cross(e, f);

@@ -178,12 +178,11 @@ pub fn render_into(
     film: &mut Film,
     finished: &(dyn Fn(&Rows) + Sync),
 ) -> Result<Counts, Stopped> {
-    let features = world.features();
     let job = tile::Job {
         scene: trace::Scene {
             world,
             accel,
-            shading: shade::Shading::new(&features, settings.terminator),
+            shading: shade::Shading::new(world, settings.terminator),
             max_depth: settings.max_depth,
             clamp: settings.course,
         },

@@ -151,16 +151,17 @@ fn render_tile(
             return Err(Stopped);
         }
         // Each batch goes on where the last one ended.
-        let level = wavefront.begin();
+        let rays = wavefront.begin();
         let (mut index, mut sample) = first;
-        for _ in 0..BATCH_RAYS {
-            if index == pixels.len() {
-                break;
-            }
-            let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
+        let (mut x, mut y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
+        while index < pixels.len() && rays.len() < BATCH_RAYS {
             let (dx, dy) = job.pattern.position(x, y, sample);
-            level.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy), 0, 1.0);
-            (index, sample) = after(index, sample, n_samples);
+            rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
+            sample += 1;
+            if sample == n_samples {
+                (index, sample) = (index + 1, 0);
+                (x, y) = if x + 1 == region.x1 { (region.x0, y + 1) } else { (x + 1, y) };
+            }
         }
         let next = (index, sample);
         let level = wavefront.trace(&job.scene);
@@ -171,18 +172,17 @@ fn render_tile(
             *g += radiance.y;
             *b += radiance.z;
             *n_hits += f64::from(u8::from(hit.is_some()));
-            (index, sample) = after(index, sample, n_samples);
+            sample += 1;
+            if sample == n_samples {
+                (index, sample) = (index + 1, 0);
+            }
         }
         first = next;
     }
-    pixels.iter_mut().flatten().for_each(|sum| *sum /= n_samples as f64);
+    if n_samples > 1 {
+        pixels.iter_mut().for_each(|sums| *sums = sums.map(|sum| sum / n_samples as f64));
+    }
     Ok(())
-}
-
-/// The pixel and sample that follow.
-#[inline]
-fn after(index: usize, sample: usize, n_samples: usize) -> (usize, usize) {
-    if sample + 1 == n_samples { (index + 1, 0) } else { (index, sample + 1) }
 }
 
 #[cfg(test)]

@@ -96,6 +96,7 @@ impl Triangles {
     }
 
     /// The unit normal of the plane, by the winding.
+    #[inline(always)]
     pub fn ng(&self, row: usize) -> DVec3 {
         unit_normal(self.corners(row))
     }
