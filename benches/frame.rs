@@ -9,6 +9,8 @@ use std::io::{Cursor, Write as _};
 use std::path::Path;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use flatray::accel::{Accel, AccelKind};
 use flatray::film::output::Format;
 use flatray::film::{Display, Encoder, Film, Region, Rows};
@@ -16,8 +18,6 @@ use flatray::measure::generate::terrain;
 use flatray::render::{Control, Counts, Rendered, Sampler, Settings, new_film, render, render_into};
 use flatray::scene::mesh;
 use flatray::world::{Camera, World};
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use glam::{DVec3, Vec3};
 
 const WIDTH_PX: u32 = 1920;
@@ -107,8 +107,11 @@ fn frame(criterion: &mut Criterion) {
     assert!(loaded.positions == positions && loaded.triangles == triangles, "the mesh was read wrongly");
 
     let scene = scene(positions, triangles);
-    let oracle =
-        Scene { world: scene.world.clone(), accel: Accel::build(&scene.world, AccelKind::Linear), camera: scene.camera };
+    let oracle = Scene {
+        world: scene.world.clone(),
+        accel: Accel::build(&scene.world, AccelKind::Linear),
+        camera: scene.camera,
+    };
     let part = Region { x0: 956, y0: 600, x1: 964, y1: 604 };
     let (fast, slow) = (trace(&scene, part), trace(&oracle, part));
     assert!(fast.film == slow.film && fast.rays == slow.rays, "the tree and the full scan differ");

@@ -123,9 +123,7 @@ mod tests {
     #[test]
     fn checksums_of_pieces_join_to_that_of_the_whole_which_is_zlibs() {
         let bytes = bytes();
-        let joined = bytes
-            .chunks(33_333)
-            .fold(Adler32::EMPTY, |sum, part| sum.then(Adler32::of(part), part.len()));
+        let joined = bytes.chunks(33_333).fold(Adler32::EMPTY, |sum, part| sum.then(Adler32::of(part), part.len()));
         assert_eq!(joined, Adler32::of(&bytes));
         let stream = zlib(&bytes, 1).unwrap();
         assert_eq!(stream[stream.len() - 4..], joined.value().to_be_bytes());

@@ -49,7 +49,7 @@ impl Default for ExrAttributes {
 /// A film on its way into a file: its bands are compressed as they come, in any order, by any thread.
 #[derive(Debug)]
 pub struct Encoder {
-    header: Header,
+    header: Box<Header>,
     /// For each channel of the file its plane of the film.
     planes: Vec<usize>,
     blocks: Vec<OnceLock<Vec<u8>>>,
@@ -68,7 +68,7 @@ impl Encoder {
         let header = header_of(film, &planes, attributes)?;
         header.validate(false, &mut false, true).map_err(io_error)?;
         let n_blocks = header.chunk_count;
-        Ok(Encoder { header, planes, blocks: (0..n_blocks).map(|_| OnceLock::new()).collect() })
+        Ok(Encoder { header: Box::new(header), planes, blocks: (0..n_blocks).map(|_| OnceLock::new()).collect() })
     }
 
     /// Compresses rows that are finished. They begin where a band does and end where one does, or with the film.
@@ -110,7 +110,7 @@ impl Encoder {
         (0..self.blocks.len()).into_par_iter().for_each(|band| {
             self.block(band, &film.rows(band * BAND_ROWS, BAND_ROWS));
         });
-        let headers = std::iter::once(self.header.clone()).collect();
+        let headers = std::iter::once(Header::clone(&self.header)).collect();
         let top = self.header.own_attributes.layer_position.y();
         ::exr::block::write(&mut *out, headers, true, |_, writer| {
             for (band, block) in self.blocks.iter().enumerate() {

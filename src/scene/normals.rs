@@ -129,7 +129,8 @@ mod tests {
 
     #[test]
     fn threads_do_not_show_in_the_bits() {
-        let ring: Vec<Vec3> = (0..1000).map(|i| Vec3::new((i as f32).sin(), (i as f32).cos(), (i % 7) as f32)).collect();
+        let ring: Vec<Vec3> =
+            (0..1000).map(|i| Vec3::new((i as f32).sin(), (i as f32).cos(), (i % 7) as f32)).collect();
         let faces: Vec<[u32; 3]> = (0..998).map(|i| [i, i + 1, (i * 37 + 5) % 1000]).collect();
         let with = |n_threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();

@@ -159,7 +159,8 @@ impl Ascii<'_> {
         // of use.
         let mut n_pieces = 1;
         while n_done < n_rows {
-            let places: Vec<usize> = (0..=n_pieces).map(|piece| self.line_start(self.at + piece * PIECE_BYTES)).collect();
+            let places: Vec<usize> =
+                (0..=n_pieces).map(|piece| self.line_start(self.at + piece * PIECE_BYTES)).collect();
             let read = |place: &[usize]| read_run(self.bytes, place[0], place[1], &parse);
             let runs: Vec<Run<T>> = match n_pieces {
                 1 => places.windows(2).map(read).collect(),
