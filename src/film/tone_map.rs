@@ -76,21 +76,22 @@ pub fn quantize8(encoded: f64) -> u8 {
 /// The nearest of 256 sRGB levels to linear values, without a power for each: where every level begins is worked out once.
 #[derive(Clone, Debug)]
 pub struct SrgbLevels {
-    /// The least linear value that is nearest to a level or above it; level 0 begins at −∞.
-    begins: [f64; 256],
+    /// The least linear value that is nearest to a level or above it; level 0 begins at −∞, and none begins at 256.
+    begins: [f64; 257],
     /// The level at the beginning of each of [`SrgbLevels::N_CELLS`] equal cells of 0 … 1, and at 1.
     of_cell: Vec<u8>,
 }
 
 impl SrgbLevels {
-    /// So many that most cells hold one level: the curve is steepest at black, 255·12.92 levels a unit.
+    /// So many that no cell holds two beginnings: the curve is steepest at black, 255·12.92 = 3295 levels a unit.
     const N_CELLS: usize = 4096;
 
     /// Finds each beginning by bisection of the curve itself, [`srgb_from_linear`] and [`quantize8`].
     pub fn new() -> SrgbLevels {
         let level_of = |linear: f64| quantize8(srgb_from_linear(linear));
-        let mut begins = [f64::NEG_INFINITY; 256];
-        for (level, begin) in begins.iter_mut().enumerate().skip(1) {
+        let mut begins = [f64::INFINITY; 257];
+        begins[0] = f64::NEG_INFINITY;
+        for (level, begin) in begins.iter_mut().enumerate().take(256).skip(1) {
             // The inverse curve is right to far better than this.
             let about = linear_from_srgb((level as f64 - 0.5) / 255.0);
             let (mut below, mut at) = ((about * (1.0 - 1e-6)).to_bits(), (about * (1.0 + 1e-6)).to_bits());
@@ -110,11 +111,9 @@ impl SrgbLevels {
         // NaN is not above zero either.
         let inside = if linear > 0.0 { linear.min(1.0) } else { return 0 };
         let cell = (inside * Self::N_CELLS as f64) as usize;
-        let mut level = self.of_cell[cell];
-        while level < 255 && linear >= self.begins[usize::from(level) + 1] {
-            level += 1;
-        }
-        level
+        let level = self.of_cell[cell];
+        // Not a branch: where in its cell a value lies nobody can foretell.
+        level + u8::from(linear >= self.begins[usize::from(level) + 1])
     }
 }
 
@@ -186,7 +185,7 @@ mod tests {
         let levels = SrgbLevels::new();
         let agree = |linear: f64| assert_eq!(levels.quantize8(linear), quantize8(srgb_from_linear(linear)), "{linear}");
         (0..=400_000).for_each(|step| agree(f64::from(step) / 300_000.0 - 0.1));
-        for &begin in &levels.begins[1..] {
+        for &begin in &levels.begins[1..256] {
             [begin.next_down(), begin, begin.next_up()].into_iter().for_each(agree);
         }
         [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 1e-300, f64::MAX].into_iter().for_each(agree);

@@ -23,9 +23,15 @@ pub(super) fn compress(samples: &[u8]) -> Vec<u8> {
 
 /// The bytes at even places, then those at odd ones.
 fn sorted(bytes: &[u8]) -> Vec<u8> {
-    let mut sorted = Vec::with_capacity(bytes.len());
-    sorted.extend(bytes.iter().step_by(2));
-    sorted.extend(bytes.iter().skip(1).step_by(2));
+    let mut sorted = vec![0; bytes.len()];
+    let (even, odd) = sorted.split_at_mut(bytes.len().div_ceil(2));
+    let pairs = bytes.chunks_exact(2);
+    if let (Some(last), [byte]) = (even.last_mut(), pairs.remainder()) {
+        *last = *byte;
+    }
+    for ((pair, even), odd) in pairs.zip(even).zip(odd) {
+        (*even, *odd) = (pair[0], pair[1]);
+    }
     sorted
 }
 
@@ -44,6 +50,7 @@ mod tests {
     #[test]
     fn bytes_are_sorted_and_differenced_as_the_format_says() {
         assert_eq!(sorted(&[1, 2, 3, 4, 5]), [1, 3, 5, 2, 4]);
+        assert_eq!(sorted(&[1, 2, 3, 4]), [1, 3, 2, 4]);
         assert_eq!(differences(&[10, 12, 9, 255]), [10, 130, 125, 118]);
         assert!(differences(&[]).is_empty());
     }
