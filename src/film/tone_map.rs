@@ -113,7 +113,7 @@ impl SrgbLevels {
         let cell = (inside * Self::N_CELLS as f64) as usize;
         let level = self.of_cell[cell];
         // Not a branch: where in its cell a value lies nobody can foretell.
-        level + u8::from(linear >= self.begins[usize::from(level) + 1])
+        level + u8::from(inside >= self.begins[usize::from(level) + 1])
     }
 }
 
