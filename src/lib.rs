@@ -36,3 +36,7 @@ pub mod simd;
 pub mod world;
 
 pub use error::Error;
+
+/// Whether this is the build without features that `benches/instructions.sh` compares with. A constant, so that what stands
+/// behind it is compiled out of one build and costs nothing in the other.
+const BARE: bool = cfg!(feature = "bare");

@@ -2,12 +2,14 @@
 
 mod world_kit;
 
-use std::sync::atomic::Ordering;
+use std::io::Cursor;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use flatray::accel::{Accel, AccelKind};
-use flatray::film::{Film, Region};
-use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, render};
+use flatray::film::output::Format;
+use flatray::film::{Display, Encoder, Film, Region, Rows};
+use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
 use flatray::scene::Compiled;
 use world_kit::{center_settings, load_scene, scene_names};
 
@@ -44,6 +46,38 @@ fn threads_and_tiles_do_not_show_in_the_bits_of_any_scene() {
         for (threads, tile_size_px) in [(1, 7), (1, 1000), (2, 8), (2, 32), (5, 64), (5, 1)] {
             let other = shoot(&scene, &accel, &Settings { threads, tile_size_px, ..settings.clone() });
             assert_same(&other, &reference, &format!("{name}, {threads} threads, tiles of {tile_size_px}"));
+        }
+    }
+}
+
+#[test]
+fn files_encoded_while_the_frame_is_rendered_are_those_that_are_encoded_at_once() {
+    let bytes = |encoder: &Encoder, film: &Film| {
+        let mut out = Cursor::new(Vec::new());
+        encoder.write(film, &mut out).unwrap();
+        out.into_inner()
+    };
+    let scene = load_scene("mesh", 75, 83);
+    let accel = Accel::build(&scene.world, AccelKind::Bvh);
+    let region = Region { x0: 3, y0: 5, x1: 74, y1: 82 };
+    let settings = Settings { samples: 1, region, ..jittered(&scene) };
+    let display = Display::ToneMapped { exposure_stops: 0.5 };
+    let finished = shoot(&scene, &accel, &settings).film;
+    for format in [Format::Exr, Format::Png, Format::Pfm] {
+        let expected = bytes(&Encoder::new(format, &finished, &display).unwrap(), &finished);
+        for (threads, tile_size_px) in [(1, 7), (2, 8), (2, 32), (5, 48), (1, 1000)] {
+            let settings = Settings { threads, tile_size_px, ..settings.clone() };
+            let mut film = new_film(&scene.camera, &settings);
+            let encoder = Encoder::new(format, &film, &display).unwrap();
+            let n_rows = AtomicUsize::new(0);
+            let encode = |rows: &Rows| {
+                n_rows.fetch_add(rows.n_rows(), Ordering::Relaxed);
+                encoder.encode(rows);
+            };
+            let control = Control::default();
+            render_into(&scene.world, &accel, &scene.camera, &settings, &control, &mut film, &encode).unwrap();
+            assert_eq!(n_rows.into_inner(), 77, "every row is handed over once");
+            assert!(bytes(&encoder, &film) == expected, "{format:?}, {threads} threads, tiles of {tile_size_px}");
         }
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use flatray::film::exr::{self, ExrAttributes};
-use flatray::film::png_chunk::{Transfer, insert_after_header};
+use flatray::film::png_chunk::{Transfer, write_chunk};
 use flatray::film::{Display, Film, Plane, Region, Samples, output, pfm, png, read_image};
 use flatray::measure::difference::{compare, compare_files};
 
@@ -231,7 +231,10 @@ fn a_cropped_film_gives_a_png_of_the_crop() {
 #[test]
 fn the_transfer_of_a_png_comes_from_its_chunks_unless_overridden() {
     let plain = png_bytes(&ramp_film(16, 16), Display::Course);
-    let gamma_half = insert_after_header(&plain, &[(*b"gAMA", &50_000_u32.to_be_bytes())]);
+    // Behind the signature and IHDR.
+    let mut gamma_half = plain[..33].to_vec();
+    write_chunk(&mut gamma_half, *b"gAMA", &[&50_000_u32.to_be_bytes()]).unwrap();
+    gamma_half.extend_from_slice(&plain[33..]);
     let red = |bytes: &[u8], transfer| {
         let file = png::decode(bytes, transfer, Path::new(NAME)).unwrap();
         (f64::from(file.rgb8.unwrap()[100][0]) / 255.0, file.film.plane("R").unwrap().samples.get(100))
@@ -348,7 +351,8 @@ fn an_exr_header_is_not_believed_when_it_claims_more_than_the_file_can_hold() {
 fn a_png_header_is_not_believed_when_it_claims_more_than_the_file_can_hold() {
     let plain = png_bytes(&ramp_film(20, 20), Display::Course);
     let ihdr = [0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff, 8, 6, 0, 0, 0];
-    let lying = insert_after_header(&plain[..8], &[(*b"IHDR", &ihdr)]);
+    let mut lying = plain[..8].to_vec();
+    write_chunk(&mut lying, *b"IHDR", &[&ihdr]).unwrap();
     let error = png::decode(&[&lying, &plain[33..]].concat(), None, Path::new("a.png")).unwrap_err().to_string();
     assert!(error.contains("claims more pixels") && error.contains("2147483647×2147483647"), "{error}");
 }

@@ -14,7 +14,7 @@ fn may_import(room: &str) -> &'static [&'static str] {
         "scene" => &["world", "numeric", "error"],
         "accel" => &["world", "numeric", "simd"],
         "film" => &["numeric", "error"],
-        "render" => &["world", "accel", "film", "numeric"],
+        "render" => &["world", "accel", "film", "numeric", "simd"],
         "measure" => &["error", "numeric", "simd", "world", "scene", "accel", "film", "render"],
         "cli" => &["error", "numeric", "simd", "world", "scene", "accel", "film", "render", "measure"],
         _ => unreachable!("no room of this name: {room}"),

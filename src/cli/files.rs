@@ -4,10 +4,9 @@ use std::io;
 use std::path::Path;
 
 use crate::error::Error;
-use crate::film::exr::{self, ExrAttributes};
-use crate::film::output::{Format, WriteSeek, write_file};
+use crate::film::output::{WriteSeek, write_file};
 use crate::film::png_chunk::Transfer;
-use crate::film::{Display, Film, ImageFile, Samples, pfm, png, read_image};
+use crate::film::{Display, Film, ImageFile, Samples, png, read_image};
 use crate::measure::difference;
 use crate::scene::{self, Compiled, Overrides};
 
@@ -49,18 +48,6 @@ pub fn write_together(files: &[Writing]) -> Result<(), Error> {
         })
     });
     failed.map_or(written, Err)
-}
-
-/// Writes an image into an open file.
-///
-/// # Errors
-/// Whatever `out` answers, and a film that the format cannot hold.
-pub fn write_image(film: &Film, format: Format, display: &Display, mut out: &mut dyn WriteSeek) -> io::Result<()> {
-    match format {
-        Format::Exr => exr::write(film, &ExrAttributes::default(), &mut out),
-        Format::Png => png::write(film, display, out),
-        Format::Pfm => pfm::write(film, out),
-    }
 }
 
 /// Compares two image files; with `linear`, PNGs are taken as linear whatever they say. `out` receives a picture of the

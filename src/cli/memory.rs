@@ -12,6 +12,9 @@ use crate::world::World;
 const FILM_BYTES_PER_PIXEL: u64 = 16;
 const COURSE_FILM_BYTES_PER_PIXEL: u64 = 32;
 
+/// What an EXR and a PNG hold of a pixel if nothing can be compressed: files are kept until the last pixel is known.
+const ENCODED_BYTES_PER_PIXEL: u64 = 16 + 4;
+
 /// What building the BVH wants at its peak for one primitive: boxes, sort keys, two binary nodes and the finished leaf
 /// beside them. Measured: a mesh of 871,000 triangles peaks at 312 MiB in all, of which its tables are 20 MiB.
 const BUILD_BYTES_PER_PRIM: u64 = 320;
@@ -19,7 +22,7 @@ const BUILD_BYTES_PER_PRIM: u64 = 320;
 /// What a render has and wants, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Need {
-    /// The image's planes.
+    /// The image's planes, and the files that are made of them.
     pub film: u64,
     /// The tables: already there when this is asked.
     pub tables: u64,
@@ -30,7 +33,8 @@ pub struct Need {
 impl Need {
     /// What a render of these settings wants.
     pub fn of(world: &World, settings: &Settings, kind: AccelKind) -> Need {
-        let per_pixel = if settings.course { COURSE_FILM_BYTES_PER_PIXEL } else { FILM_BYTES_PER_PIXEL };
+        let planes = if settings.course { COURSE_FILM_BYTES_PER_PIXEL } else { FILM_BYTES_PER_PIXEL };
+        let per_pixel = planes + ENCODED_BYTES_PER_PIXEL;
         let n_pixels = u64::from(settings.region.width_px()) * u64::from(settings.region.height_px());
         let accel = match kind {
             AccelKind::Bvh => world.n_prims() as u64 * BUILD_BYTES_PER_PRIM,

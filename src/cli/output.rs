@@ -6,8 +6,11 @@ use clap::error::ErrorKind;
 
 use super::args::RenderArgs;
 use super::failure::Failure;
+use super::plan::Plan;
 use super::{files, terminal};
+use crate::error::Error;
 use crate::film::output::Format;
+use crate::film::{Display, Encoder, Film};
 
 /// The stem of the files of the built-in scene.
 const BUILT_IN_STEM: &str = "flatray";
@@ -19,6 +22,29 @@ pub struct Output {
     pub format: Format,
     /// Where it goes, as the user named it.
     pub path: PathBuf,
+}
+
+/// An image in the making.
+#[derive(Debug)]
+pub struct Image {
+    /// What becomes of the film.
+    pub encoder: Encoder,
+    /// Where it goes, as the user named it.
+    pub path: PathBuf,
+}
+
+/// Encoders for the outputs of a film that is still to be rendered.
+///
+/// # Errors
+/// An image that one of the formats cannot hold.
+pub fn encoders(outputs: Vec<Output>, film: &Film, plan: &Plan) -> Result<Vec<Image>, Error> {
+    let display =
+        if plan.settings.course { Display::Course } else { Display::ToneMapped { exposure_stops: plan.exposure_ev } };
+    let image = |Output { format, path }| match Encoder::new(format, film, &display) {
+        Ok(encoder) => Ok(Image { encoder, path }),
+        Err(error) => Err(Error::io(&path, "write the file", &error)),
+    };
+    outputs.into_iter().map(image).collect()
 }
 
 /// The images that the arguments ask for.

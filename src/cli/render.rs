@@ -11,15 +11,15 @@ use super::failure::Failure;
 use super::files::{self, Writing};
 use super::interrupt::Interrupt;
 use super::memory::{self, Need};
-use super::output::{self, Output};
-use super::plan::{self, Plan};
+use super::output::{self, Image};
+use super::plan;
 use super::progress::Progress;
 use super::stats::{MemoryBytes, Seconds, Stats};
 use super::{diagnostic, terminal};
 use crate::accel::Accel;
 use crate::error::{Error, Place};
-use crate::film::{Display, Film};
-use crate::render::{self, Control, Rendered};
+use crate::film::{Film, Rows};
+use crate::render::{self, Control, Counts, Settings};
 use crate::scene::Compiled;
 
 /// How often progress is shown and an interrupt noticed.
@@ -53,7 +53,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let accel = timed(&mut seconds.build, || pool.install(|| Accel::build(&scene.world, plan.accel)));
     drop(pool);
     interrupt.check()?;
-    let rendered = timed(&mut seconds.trace, || trace(&scene, &accel, &plan, args.quiet, &interrupt))?;
+    let mut film = render::new_film(&scene.camera, &plan.settings);
+    let images = output::encoders(outputs, &film, &plan)?;
+    let encode = |rows: &Rows| images.iter().for_each(|image| image.encoder.encode(rows));
+    let counts = timed(&mut seconds.trace, || {
+        let frame = Frame { scene: &scene, accel: &accel, settings: &plan.settings };
+        trace(&frame, &mut film, &encode, args.quiet, &interrupt)
+    })?;
 
     let write_started = Instant::now();
     let stats = || Stats {
@@ -62,8 +68,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             total: started.elapsed().as_secs_f64(),
             ..seconds
         },
-        rays: rendered.rays.into(),
-        exact_tests: rendered.exact_tests,
+        rays: counts.rays.into(),
+        exact_tests: counts.exact_tests,
         memory_bytes: MemoryBytes {
             tables: memory::table_bytes(&scene.world),
             accel: accel.stats().memory_bytes as u64,
@@ -74,7 +80,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         samples: plan.settings.samples,
         threads: plan.settings.threads,
     };
-    let files = writings(&rendered.film, &plan, &outputs, args.stats.as_deref(), &stats, &interrupt);
+    let files = writings(&film, &images, args.stats.as_deref(), &stats, &interrupt);
     files::write_together(&files).map_err(|error| match interrupt.check() {
         Ok(()) => Failure::Error(error),
         Err(interrupted) => interrupted,
@@ -94,27 +100,36 @@ fn timed<T>(seconds: &mut f64, step: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Renders on another thread while this one shows progress and passes on an interrupt.
+/// What a frame is rendered from.
+struct Frame<'a> {
+    scene: &'a Compiled,
+    accel: &'a Accel,
+    settings: &'a Settings,
+}
+
+/// Renders on another thread while this one shows progress and passes on an interrupt. The workers encode the rows that
+/// are finished.
 fn trace(
-    scene: &Compiled,
-    accel: &Accel,
-    plan: &Plan,
+    frame: &Frame,
+    film: &mut Film,
+    encode: &(dyn Fn(&Rows) + Sync),
     quiet: bool,
     interrupt: &Interrupt,
-) -> Result<Rendered, Failure> {
+) -> Result<Counts, Failure> {
     let control = Control::default();
-    let mut progress = Progress::start(render::n_tiles(&plan.settings), quiet);
+    let mut progress = Progress::start(render::n_tiles(frame.settings), quiet);
     let result = std::thread::scope(|scope| {
         let (sender, receiver) = channel();
-        let (control, settings) = (&control, &plan.settings);
+        let control = &control;
         let worker = scope.spawn(move || {
-            let rendered = render::render(&scene.world, accel, &scene.camera, settings, control);
+            let Frame { scene, accel, settings } = *frame;
+            let counts = render::render_into(&scene.world, accel, &scene.camera, settings, control, film, encode);
             // The receiver waits until it has this message or the sender is gone, so that sending cannot fail.
-            let _ = sender.send(rendered);
+            let _ = sender.send(counts);
         });
         let result = loop {
             match receiver.recv_timeout(POLL_INTERVAL) {
-                Ok(rendered) => break Some(rendered),
+                Ok(counts) => break Some(counts),
                 Err(RecvTimeoutError::Disconnected) => break None,
                 Err(RecvTimeoutError::Timeout) => {}
             }
@@ -129,7 +144,7 @@ fn trace(
     });
     progress.finish();
     match result {
-        Some(Ok(rendered)) => Ok(rendered),
+        Some(Ok(counts)) => Ok(counts),
         Some(Err(render::Stopped)) => Err(Failure::Interrupted),
         None => Err(Error::new(Place::default(), "the renderer failed: this is a bug in flatray").into()),
     }
@@ -139,19 +154,15 @@ fn trace(
 /// interrupt has come.
 fn writings<'a>(
     film: &'a Film,
-    plan: &Plan,
-    outputs: &'a [Output],
+    images: &'a [Image],
     stats_path: Option<&'a Path>,
     stats: &'a dyn Fn() -> Stats,
     interrupt: &'a Interrupt,
 ) -> Vec<Writing<'a>> {
-    let display =
-        if plan.settings.course { Display::Course } else { Display::ToneMapped { exposure_stops: plan.exposure_ev } };
     let go_on = || if interrupt.is_requested() { Err(io::Error::other("interrupted")) } else { Ok(()) };
     let mut files: Vec<Writing<'a>> = Vec::new();
-    for Output { format, path } in outputs {
-        files
-            .push((path, Box::new(move |out| go_on().and_then(|()| files::write_image(film, *format, &display, out)))));
+    for Image { encoder, path } in images {
+        files.push((path, Box::new(move |out| go_on().and_then(|()| encoder.write(film, out)))));
     }
     if let Some(path) = stats_path {
         files.push((path, Box::new(move |out| go_on().and_then(|()| out.write_all(stats().to_json().as_bytes())))));

@@ -1,6 +1,8 @@
 //! How radiance becomes the bytes of a picture.
 
-use crate::film::tone_map::{expose, pbr_neutral, quantize8, srgb_from_linear};
+use std::sync::LazyLock;
+
+use crate::film::tone_map::{SrgbLevels, expose_by, exposure_factor, pbr_neutral};
 
 /// How a film is turned into 8-bit colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,14 +16,48 @@ pub enum Display {
     Course,
 }
 
+/// A [`Display`] with all that is the same for every pixel worked out.
+#[derive(Clone, Copy, Debug)]
+pub struct Mapping {
+    curve: Curve,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Curve {
+    ToneMapped { exposure: f64, levels: &'static SrgbLevels },
+    Course,
+}
+
+/// The levels are the same for all images.
+static SRGB_LEVELS: LazyLock<SrgbLevels> = LazyLock::new(SrgbLevels::new);
+
 impl Display {
+    /// Prepares to map many colours.
+    pub fn mapping(&self) -> Mapping {
+        let curve = match *self {
+            Display::ToneMapped { exposure_stops } => {
+                Curve::ToneMapped { exposure: exposure_factor(exposure_stops), levels: &SRGB_LEVELS }
+            }
+            Display::Course => Curve::Course,
+        };
+        Mapping { curve }
+    }
+
     /// The bytes of one colour.
     pub fn rgb8(&self, color: [f64; 3]) -> [u8; 3] {
-        match *self {
-            Display::ToneMapped { exposure_stops } => {
-                pbr_neutral(color.map(|c| expose(c, exposure_stops))).map(|c| quantize8(srgb_from_linear(c)))
+        self.mapping().rgb8(color)
+    }
+}
+
+impl Mapping {
+    /// The bytes of one colour.
+    #[inline]
+    pub fn rgb8(&self, color: [f64; 3]) -> [u8; 3] {
+        match self.curve {
+            Curve::ToneMapped { exposure, levels } => {
+                pbr_neutral(color.map(|c| expose_by(c, exposure))).map(|c| levels.quantize8(c))
             }
-            Display::Course => color.map(course_byte),
+            Curve::Course => color.map(course_byte),
         }
     }
 }

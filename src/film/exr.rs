@@ -7,7 +7,9 @@
 use std::collections::HashSet;
 use std::io::{self, Cursor, Seek, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use ::exr::block::reader::ChunksReader;
 use ::exr::block::writer::ChunksWriter;
 use ::exr::block::{BlockIndex, UncompressedBlock};
@@ -18,10 +20,12 @@ use ::exr::meta::attribute::{
 };
 use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use ::exr::prelude::{SmallVec, f16};
+use rayon::prelude::*;
 
 use crate::error::{Error, Place, Problem};
 use crate::film::read::{filled, read_bytes};
-use crate::film::{Film, Plane, Region, Samples};
+use crate::film::rows::{BAND_ROWS, RowSamples, Rows};
+use crate::film::{Film, Plane, Region, Samples, zip};
 
 /// The first bytes of every EXR file.
 pub const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -42,41 +46,114 @@ impl Default for ExrAttributes {
     }
 }
 
-/// Writes a film. F64 planes are rounded to the nearest 32-bit float (beyond its range: to infinity); everything else is
-/// kept bit for bit, infinities, NaN and −0 included. The same film gives the same bytes.
+/// A film on its way into a file: its bands are compressed as they come, in any order, by any thread.
+#[derive(Debug)]
+pub struct Encoder {
+    header: Box<Header>,
+    /// For each channel of the file its plane of the film.
+    planes: Vec<usize>,
+    blocks: Vec<OnceLock<Vec<u8>>>,
+}
+
+impl Encoder {
+    /// An encoder for films of this one's outline; its samples are not looked at.
+    ///
+    /// # Errors
+    /// `InvalidInput` when the film breaks its own promises ([`Film::check`]) or has planes that a file cannot hold (none,
+    /// two of one name, a name that is empty or longer than 255 bytes).
+    pub fn new(film: &Film, attributes: &ExrAttributes) -> io::Result<Encoder> {
+        film.check().map_err(invalid_input)?;
+        let mut planes: Vec<usize> = (0..film.planes.len()).collect();
+        planes.sort_by(|&a, &b| film.planes[a].name.as_bytes().cmp(film.planes[b].name.as_bytes()));
+        let header = header_of(film, &planes, attributes)?;
+        header.validate(false, &mut false, true).map_err(io_error)?;
+        let n_blocks = header.chunk_count;
+        Ok(Encoder { header: Box::new(header), planes, blocks: (0..n_blocks).map(|_| OnceLock::new()).collect() })
+    }
+
+    /// Compresses rows that are finished. They begin where a band does and end where one does, or with the film.
+    pub fn encode(&self, rows: &Rows) {
+        for (band, rows) in rows.bands() {
+            self.block(band, &rows);
+        }
+    }
+
+    fn block(&self, band: usize, rows: &Rows) -> &[u8] {
+        self.blocks[band].get_or_init(|| zip::compress(&self.samples_of(rows)))
+    }
+
+    /// The samples of a band as they stand in a file: line by line and in each line channel by channel.
+    fn samples_of(&self, rows: &Rows) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(rows.n_rows() * rows.width_px * self.planes.len() * 4);
+        for row in 0..rows.n_rows() {
+            let range = row * rows.width_px..(row + 1) * rows.width_px;
+            for &plane in &self.planes {
+                match rows.planes[plane] {
+                    RowSamples::F32(values) => bytes.extend(values[range.clone()].iter().flat_map(|v| v.to_le_bytes())),
+                    RowSamples::F64(values) => {
+                        bytes.extend(values[range.clone()].iter().flat_map(|&v| (v as f32).to_le_bytes()));
+                    }
+                    RowSamples::U32(values) => bytes.extend(values[range.clone()].iter().flat_map(|v| v.to_le_bytes())),
+                }
+            }
+        }
+        bytes
+    }
+
+    /// Writes the file; bands that [`Encoder::encode`] has not seen are compressed now. F64 planes are rounded to the nearest
+    /// 32-bit float (beyond its range: to infinity); everything else is kept bit for bit, infinities, NaN and −0 included.
+    /// The same film gives the same bytes.
+    ///
+    /// # Errors
+    /// What `out` answers.
+    pub fn write(&self, film: &Film, out: &mut (impl Write + Seek + ?Sized)) -> io::Result<()> {
+        (0..self.blocks.len()).into_par_iter().for_each(|band| {
+            self.block(band, &film.rows(band * BAND_ROWS, BAND_ROWS));
+        });
+        let headers = std::iter::once(Header::clone(&self.header)).collect();
+        let top = self.header.own_attributes.layer_position.y();
+        ::exr::block::write(&mut *out, headers, true, |_, writer| {
+            for (band, block) in self.blocks.iter().enumerate() {
+                let compressed_pixels_le = block.get().cloned().unwrap_or_default();
+                // It fits: the header has been checked.
+                let y_coordinate = top + (band * BAND_ROWS) as i32;
+                let block = CompressedScanLineBlock { y_coordinate, compressed_pixels_le };
+                let compressed_block = CompressedBlock::ScanLine(block);
+                writer.write_chunk(band, Chunk { layer_index: 0, compressed_block })?;
+            }
+            Ok(())
+        })
+        .map_err(io_error)
+    }
+}
+
+/// Writes a film, as [`Encoder::write`].
 ///
 /// # Errors
-/// `InvalidInput` when the film breaks its own promises ([`Film::check`]) or has planes that a file cannot hold (none, two
-/// of one name, a name that is empty or longer than 255 bytes); otherwise what `out` answered.
+/// As [`Encoder::new`], and what `out` answers.
 pub fn write(film: &Film, attributes: &ExrAttributes, out: &mut (impl Write + Seek + ?Sized)) -> io::Result<()> {
-    film.check().map_err(invalid_input)?;
-    let mut planes: Vec<&Plane> = film.planes.iter().collect();
-    planes.sort_by(|a, b| a.name.as_bytes().cmp(b.name.as_bytes()));
-    let header = header_of(film, &planes, attributes)?;
-    let channels = header.channels.clone();
-    let headers = std::iter::once(header).collect();
-    ::exr::block::write(&mut *out, headers, true, |meta, writer| {
-        let blocks = meta.collect_ordered_blocks(|index| block_of(film, &planes, &channels, index));
-        // The wrapper is there because compressing takes a writer by value; nobody watches.
-        writer.on_progress(|_| {}).compress_all_blocks_parallel(&meta, blocks)
-    })
-    .map_err(|error| match error {
+    Encoder::new(film, attributes)?.write(film, out)
+}
+
+fn io_error(error: ::exr::error::Error) -> io::Error {
+    match error {
         ::exr::error::Error::Io(error) => error,
         other => invalid_input(other.to_string()),
-    })
+    }
 }
 
 fn invalid_input(what: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, what.into())
 }
 
-fn header_of(film: &Film, planes: &[&Plane], attributes: &ExrAttributes) -> io::Result<Header> {
+fn header_of(film: &Film, planes: &[usize], attributes: &ExrAttributes) -> io::Result<Header> {
     let text = |value: &str| {
         Text::new_or_none(value).ok_or_else(|| invalid_input(format!("{value:?} cannot be written to an EXR file")))
     };
     let too_large = |_| invalid_input("the image is larger than an EXR file can say");
     let mut channels = SmallVec::new();
-    for plane in planes {
+    for &plane in planes {
+        let plane = &film.planes[plane];
         let sample_type = match plane.samples {
             Samples::F32(_) | Samples::F64(_) => SampleType::F32,
             Samples::U32(_) => SampleType::U32,
@@ -107,32 +184,6 @@ fn rec709() -> Chromaticities {
         blue: Vec2(0.15, 0.06),
         white: Vec2(0.3127, 0.3290),
     }
-}
-
-/// The samples of one block, line by line and in each line channel by channel.
-fn block_of(
-    film: &Film,
-    planes: &[&Plane],
-    channels: &::exr::meta::attribute::ChannelList,
-    index: BlockIndex,
-) -> UncompressedBlock {
-    let row_length = film.data_window.width_px() as usize;
-    UncompressedBlock::from_lines(channels, index, |line| {
-        let start = line.location.position.y() * row_length + line.location.position.x();
-        let row = start..start + line.location.sample_count;
-        let samples = line.value.chunks_exact_mut(4);
-        match &planes[line.location.channel].samples {
-            Samples::F32(values) => {
-                samples.zip(&values[row]).for_each(|(bytes, value)| bytes.copy_from_slice(&value.to_ne_bytes()));
-            }
-            Samples::F64(values) => samples
-                .zip(&values[row])
-                .for_each(|(bytes, value)| bytes.copy_from_slice(&(*value as f32).to_ne_bytes())),
-            Samples::U32(values) => {
-                samples.zip(&values[row]).for_each(|(bytes, value)| bytes.copy_from_slice(&value.to_ne_bytes()));
-            }
-        }
-    })
 }
 
 /// Reads an EXR file: the first part that has `R`, `G`, `B` or `Y`, at full resolution, with all its channels.

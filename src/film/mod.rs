@@ -4,26 +4,35 @@
 //! |---|---|
 //! | [`region`] | a rectangle of pixels |
 //! | [`tone_map`], [`display`] | from scene-linear radiance to display bytes, pure functions |
+//! | [`rows`] | whole rows of a film, lent out: what is rendered and encoded independently |
 //! | [`exr`], [`png`], [`pfm`] | one file format each: write a [`Film`], read one back |
+//! | [`encode`] | any of them, fed band by band while the rest is rendered |
 //! | [`read`] | any image file, chosen by its first bytes |
 //! | [`output`] | files written beside and renamed |
 //!
 //! Colour is scene-linear with Rec. 709 primaries. A colour image has the planes `R`, `G`, `B` and perhaps `A`; an image
 //! of one channel has `Y`.
 
+mod deflate;
 pub mod display;
+pub mod encode;
 pub mod exr;
 pub mod output;
 pub mod pfm;
 pub mod png;
 pub mod png_chunk;
+mod png_filter;
 pub mod read;
 pub mod region;
+pub mod rows;
 pub mod tone_map;
+mod zip;
 
 pub use display::Display;
+pub use encode::Encoder;
 pub use read::{ImageFile, read_image};
 pub use region::Region;
+pub use rows::Rows;
 
 /// One plane of an image, row after row from the top, as wide and high as the film's data window.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,53 +1,150 @@
-//! PNG: the picture to look at, and the original's bytes. The only file that uses the `image` crate.
+//! PNG: the picture to look at, and the original's bytes. The only file that uses the `image` crate, which reads; it
+//! writes on one thread and all at once, while a frame is to be written as it is rendered.
 
 use std::io::{self, Cursor, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 
-use image::codecs::png::{CompressionType, FilterType, PngDecoder, PngEncoder};
-use image::{ExtendedColorType, ImageDecoder, ImageEncoder, Limits};
+use image::codecs::png::PngDecoder;
+use image::{ImageDecoder, Limits};
 use rayon::prelude::*;
 
 use crate::error::{Error, Place, Problem};
-use crate::film::png_chunk::{Transfer, insert_after_header, parse_header, parse_transfer};
+use crate::film::deflate::{self, Adler32};
+use crate::film::display::Mapping;
+use crate::film::png_chunk::{Transfer, parse_header, parse_transfer, write_chunk};
 use crate::film::read::{filled, read_bytes};
-use crate::film::{Display, Film, ImageFile, Plane, Region, Samples};
+use crate::film::rows::{BAND_ROWS, Rows};
+use crate::film::{Display, Film, ImageFile, Plane, Region, Samples, png_filter};
 
 pub use crate::film::png_chunk::SIGNATURE;
 
-/// Writes a film as an 8-bit RGBA PNG as large as its data window; `Y` alone is written as grey RGB.
-///
-/// Alpha is 255 everywhere: the film's A is how much of a pixel is covered by objects, while its RGB already holds the
-/// background's radiance where nothing covers it, so the picture is opaque. Coverage is kept in the EXR.
-///
-/// A tone-mapped file says that it is sRGB (chunks sRGB, perceptual, and gAMA 0.45455 for programs that only know that
-/// one). A course file says nothing about its transfer, like the original's own files, so that both are decoded alike.
+/// How hard the compressor tries. `docs/BENCHMARKS.md` has the table this was chosen from.
+const LEVEL: u32 = 3;
+
+/// A film on its way into a file: its bands are mapped and compressed as they come, in any order, by any thread.
+#[derive(Debug)]
+pub struct Encoder {
+    mapping: Mapping,
+    is_srgb: bool,
+    size_px: [u32; 2],
+    /// The planes shown as red, green and blue.
+    planes: [usize; 3],
+    bands: Vec<OnceLock<io::Result<Band>>>,
+}
+
+/// A piece of the image data, of rows that are filtered without knowledge of those above.
+#[derive(Debug)]
+struct Band {
+    deflated: Vec<u8>,
+    checksum: Adler32,
+    length: usize,
+}
+
+impl Encoder {
+    /// An encoder for films of this one's outline; its samples are not looked at.
+    ///
+    /// # Errors
+    /// `InvalidInput` when the film breaks its own promises ([`Film::check`]), has no colour or is wider or higher than PNG
+    /// can say.
+    pub fn new(film: &Film, display: &Display) -> io::Result<Encoder> {
+        film.check().map_err(invalid_input)?;
+        let place = |name: &str| film.planes.iter().position(|plane| plane.name == name);
+        let planes = match (place("R"), place("G"), place("B"), place("Y")) {
+            (Some(r), Some(g), Some(b), _) => [r, g, b],
+            (_, _, _, Some(y)) => [y; 3],
+            _ => return Err(invalid_input("a PNG needs planes R, G and B, or Y".to_string())),
+        };
+        let size_px = [film.data_window.width_px(), film.data_window.height_px()];
+        if size_px.iter().any(|&length| length > i32::MAX as u32) {
+            return Err(invalid_input("the image is larger than a PNG file can say".to_string()));
+        }
+        let n_bands = (size_px[1] as usize).div_ceil(BAND_ROWS);
+        Ok(Encoder {
+            mapping: display.mapping(),
+            is_srgb: matches!(display, Display::ToneMapped { .. }),
+            size_px,
+            planes,
+            bands: (0..n_bands).map(|_| OnceLock::new()).collect(),
+        })
+    }
+
+    /// Maps and compresses rows that are finished. They begin where a band does and end where one does, or with the film.
+    pub fn encode(&self, rows: &Rows) {
+        for (index, rows) in rows.bands() {
+            self.band(index, &rows);
+        }
+    }
+
+    fn band(&self, index: usize, rows: &Rows) -> &io::Result<Band> {
+        self.bands[index].get_or_init(|| {
+            let filtered = png_filter::filter(&self.rgba(rows), 4 * rows.width_px);
+            let deflated = deflate::piece(&filtered, LEVEL, index + 1 == self.bands.len())?;
+            Ok(Band { deflated, checksum: Adler32::of(&filtered), length: filtered.len() })
+        })
+    }
+
+    fn rgba(&self, rows: &Rows) -> Vec<u8> {
+        let [r, g, b] = self.planes.map(|plane| rows.planes[plane]);
+        let mut rgba = vec![255; rows.n_rows() * rows.width_px * 4];
+        for (index, pixel) in rgba.chunks_exact_mut(4).enumerate() {
+            let rgb8 = self.mapping.rgb8([r, g, b].map(|plane| plane.get(index)));
+            pixel[..3].copy_from_slice(&rgb8);
+        }
+        rgba
+    }
+
+    /// Writes an 8-bit RGBA PNG as large as the film's data window; `Y` alone is written as grey RGB. Bands that
+    /// [`Encoder::encode`] has not seen are made now. The same film gives the same bytes.
+    ///
+    /// Alpha is 255 everywhere: the film's A is how much of a pixel is covered by objects, while its RGB already holds the
+    /// background's radiance where nothing covers it, so the picture is opaque. Coverage is kept in the EXR.
+    ///
+    /// A tone-mapped file says that it is sRGB (chunks sRGB, perceptual, and gAMA 0.45455 for programs that only know that
+    /// one). A course file says nothing about its transfer, like the original's own files, so that both are decoded alike.
+    ///
+    /// # Errors
+    /// What `out` answers.
+    pub fn write(&self, film: &Film, out: &mut (impl Write + ?Sized)) -> io::Result<()> {
+        (0..self.bands.len()).into_par_iter().for_each(|index| {
+            self.band(index, &film.rows(index * BAND_ROWS, BAND_ROWS));
+        });
+        out.write_all(&SIGNATURE)?;
+        let [width_px, height_px] = self.size_px.map(u32::to_be_bytes);
+        // Eight bits a sample, RGBA; one way each to compress, filter and order the rows.
+        write_chunk(out, *b"IHDR", &[&width_px, &height_px, &[8, 6, 0, 0, 0]])?;
+        if self.is_srgb {
+            write_chunk(out, *b"gAMA", &[&45_455_u32.to_be_bytes()])?;
+            write_chunk(out, *b"sRGB", &[&[0]])?;
+        }
+        let mut checksum = Adler32::EMPTY;
+        for (index, band) in self.bands.iter().enumerate() {
+            let band = match band.get() {
+                Some(Ok(band)) => band,
+                Some(Err(error)) => return Err(io::Error::new(error.kind(), error.to_string())),
+                None => return Err(io::Error::other("a band of the image was not made")),
+            };
+            checksum = checksum.then(band.checksum, band.length);
+            // RFC 1950: deflate with a window of 32 KiB, the fastest kind, begins the stream; the checksum ends it.
+            let header: &[u8] = if index == 0 { &[0x78, 0x01] } else { &[] };
+            let is_last = index + 1 == self.bands.len();
+            let trailer = checksum.value().to_be_bytes();
+            write_chunk(out, *b"IDAT", &[header, &band.deflated, if is_last { &trailer } else { &[] }])?;
+        }
+        write_chunk(out, *b"IEND", &[])
+    }
+}
+
+fn invalid_input(what: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, what)
+}
+
+/// Writes a film as a PNG, as [`Encoder::write`].
 ///
 /// # Errors
-/// `InvalidInput` when the film breaks its own promises ([`Film::check`]) or has no colour; otherwise what `out` answered.
+/// As [`Encoder::new`], and what `out` answers.
 pub fn write(film: &Film, display: &Display, out: &mut (impl Write + ?Sized)) -> io::Result<()> {
-    let invalid_input = |what: String| io::Error::new(io::ErrorKind::InvalidInput, what);
-    film.check().map_err(invalid_input)?;
-    let Some([r, g, b]) = film.color_planes() else {
-        return Err(invalid_input("a PNG needs planes R, G and B, or Y".to_string()));
-    };
-    let mut rgba = vec![255; film.n_pixels() * 4];
-    // Every pixel is a pure function of its samples: the threads cannot be seen in the bytes.
-    rgba.par_chunks_exact_mut(4).with_min_len(1 << 12).enumerate().for_each(|(index, pixel)| {
-        let rgb8 = display.rgb8([r, g, b].map(|plane| plane.samples.get(index)));
-        pixel[..3].copy_from_slice(&rgb8);
-    });
-    let mut png = Vec::new();
-    let (width_px, height_px) = (film.data_window.width_px(), film.data_window.height_px());
-    PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
-        .write_image(&rgba, width_px, height_px, ExtendedColorType::Rgba8)
-        .map_err(|error| invalid_input(error.to_string()))?;
-    match display {
-        Display::ToneMapped { .. } => {
-            let gamma = 45_455_u32.to_be_bytes();
-            out.write_all(&insert_after_header(&png, &[(*b"gAMA", &gamma), (*b"sRGB", &[0])]))
-        }
-        Display::Course => out.write_all(&png),
-    }
+    Encoder::new(film, display)?.write(film, out)
 }
 
 /// Reads a PNG file of any kind as a scene-linear film of F32 planes: `Y` or `R`, `G`, `B`, and `A` where the file has

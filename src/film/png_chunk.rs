@@ -3,6 +3,7 @@
 //! Source: W3C *Portable Network Graphics (PNG) Specification (Third Edition)*, sections 5.3 (chunk layout), 11.2.1
 //! (IHDR), 11.3.2 (colour space information and its precedence).
 
+use std::io::{self, Write};
 use std::path::Path;
 
 use crate::error::{Error, Place, Problem};
@@ -10,9 +11,6 @@ use crate::film::tone_map::linear_from_srgb;
 
 /// The first bytes of every PNG file.
 pub const SIGNATURE: [u8; 8] = [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n'];
-
-/// Bytes before the first chunk that may be inserted: the signature and IHDR.
-const HEADER_LENGTH: usize = SIGNATURE.len() + 4 + 4 + 13 + 4;
 
 /// How the samples of a file relate to light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,21 +133,20 @@ pub fn parse_transfer(bytes: &[u8], path: &Path) -> Result<Transfer, Error> {
     Ok(srgb.or(gamma).unwrap_or(Transfer::Srgb))
 }
 
-/// The same file with chunks inserted after its IHDR.
-pub fn insert_after_header(png: &[u8], chunks: &[([u8; 4], &[u8])]) -> Vec<u8> {
-    let (header, rest) = png.split_at(HEADER_LENGTH.min(png.len()));
-    let mut out = header.to_vec();
-    for (kind, data) in chunks {
-        let mut crc = crc32fast::Hasher::new();
-        crc.update(kind);
-        crc.update(data);
-        out.extend_from_slice(&(data.len() as u32).to_be_bytes());
-        out.extend_from_slice(kind);
-        out.extend_from_slice(data);
-        out.extend_from_slice(&crc.finalize().to_be_bytes());
+/// Writes a chunk whose data come in parts. Its length must fit 31 bits, as the bands of an image do.
+///
+/// # Errors
+/// What `out` answers.
+pub fn write_chunk(out: &mut (impl Write + ?Sized), kind: [u8; 4], parts: &[&[u8]]) -> io::Result<()> {
+    let length: usize = parts.iter().map(|part| part.len()).sum();
+    let length = u32::try_from(length).map_err(|_| io::Error::other("a PNG chunk of more than 4 GiB"))?;
+    let mut crc = crc32fast::Hasher::new();
+    out.write_all(&length.to_be_bytes())?;
+    for part in [&kind as &[u8]].iter().chain(parts) {
+        crc.update(part);
+        out.write_all(part)?;
     }
-    out.extend_from_slice(rest);
-    out
+    out.write_all(&crc.finalize().to_be_bytes())
 }
 
 #[cfg(test)]
@@ -157,9 +154,13 @@ mod tests {
     use super::*;
 
     fn png_with(chunks: &[([u8; 4], &[u8])]) -> Vec<u8> {
-        let ihdr: [u8; 13] = [0, 0, 0, 3, 0, 0, 0, 2, 8, 2, 0, 0, 0];
-        let start = insert_after_header(&SIGNATURE, &[(*b"IHDR", &ihdr), (*b"IDAT", &[]), (*b"IEND", &[])]);
-        insert_after_header(&start, chunks)
+        let ihdr: ([u8; 4], &[u8]) = (*b"IHDR", &[0, 0, 0, 3, 0, 0, 0, 2, 8, 2, 0, 0, 0]);
+        let end: [([u8; 4], &[u8]); 2] = [(*b"IDAT", &[]), (*b"IEND", &[])];
+        let mut png = SIGNATURE.to_vec();
+        for (kind, data) in [ihdr].iter().chain(chunks).chain(&end) {
+            write_chunk(&mut png, *kind, &[data]).unwrap();
+        }
+        png
     }
 
     fn transfer_of(chunks: &[([u8; 4], &[u8])]) -> Result<Transfer, Error> {

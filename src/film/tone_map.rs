@@ -6,10 +6,16 @@
 /// white. It keeps every product inside the curve finite.
 const MAX_RADIANCE: f64 = f32::MAX as f64;
 
-/// Radiance of one channel made fit for the tone curve: multiplied by 2^`exposure_stops`, then NaN and negative values
-/// become 0 and values above the largest 32-bit float become that.
-pub fn expose(radiance: f64, exposure_stops: f64) -> f64 {
-    let exposed = radiance * libm::exp2(exposure_stops);
+/// What radiance is multiplied by for an exposure: 2^`exposure_stops`.
+pub fn exposure_factor(exposure_stops: f64) -> f64 {
+    libm::exp2(exposure_stops)
+}
+
+/// Radiance of one channel made fit for the tone curve: multiplied by the [`exposure_factor`], then NaN and negative
+/// values become 0 and values above the largest 32-bit float become that.
+#[inline]
+pub fn expose_by(radiance: f64, factor: f64) -> f64 {
+    let exposed = radiance * factor;
     if exposed > 0.0 { exposed.min(MAX_RADIANCE) } else { 0.0 }
 }
 
@@ -19,7 +25,7 @@ pub fn expose(radiance: f64, exposure_stops: f64) -> f64 {
 /// its constants F₉₀ = 0.04, start of compression 0.8 − F₉₀, desaturation 0.15. Colours whose largest channel is below
 /// 0.8 only lose the offset, the 4 % that a dielectric reflects at normal incidence (less where the smallest channel is
 /// below 0.08); brighter ones are compressed and drawn towards white. Inputs are finite and not negative (see
-/// [`expose`]).
+/// [`expose_by`]).
 pub fn pbr_neutral(color: [f64; 3]) -> [f64; 3] {
     const F90: f64 = 0.04;
     const START_COMPRESSION: f64 = 0.8 - F90;
@@ -67,9 +73,63 @@ pub fn quantize8(encoded: f64) -> u8 {
     (encoded * 255.0 + 0.5) as u8
 }
 
+/// The nearest of 256 sRGB levels to linear values, without a power for each: where every level begins is worked out once.
+#[derive(Clone, Debug)]
+pub struct SrgbLevels {
+    /// The least linear value that is nearest to a level or above it; level 0 begins at −∞, and none begins at 256.
+    begins: [f64; 257],
+    /// The level at the beginning of each of [`SrgbLevels::N_CELLS`] equal cells of 0 … 1, and at 1.
+    of_cell: Vec<u8>,
+}
+
+impl SrgbLevels {
+    /// So many that no cell holds two beginnings: the curve is steepest at black, 255·12.92 = 3295 levels a unit.
+    const N_CELLS: usize = 4096;
+
+    /// Finds each beginning by bisection of the curve itself, [`srgb_from_linear`] and [`quantize8`].
+    pub fn new() -> SrgbLevels {
+        let level_of = |linear: f64| quantize8(srgb_from_linear(linear));
+        let mut begins = [f64::INFINITY; 257];
+        begins[0] = f64::NEG_INFINITY;
+        for (level, begin) in begins.iter_mut().enumerate().take(256).skip(1) {
+            // The inverse curve is right to far better than this.
+            let about = linear_from_srgb((level as f64 - 0.5) / 255.0);
+            let (mut below, mut at) = ((about * (1.0 - 1e-6)).to_bits(), (about * (1.0 + 1e-6)).to_bits());
+            while at - below > 1 {
+                let middle = below + (at - below) / 2;
+                if usize::from(level_of(f64::from_bits(middle))) < level { below = middle } else { at = middle }
+            }
+            *begin = f64::from_bits(at);
+        }
+        let of_cell = (0..=Self::N_CELLS).map(|cell| level_of(cell as f64 / Self::N_CELLS as f64)).collect();
+        SrgbLevels { begins, of_cell }
+    }
+
+    /// The level nearest to the encoded value. Values outside 0 … 1 are clamped and NaN gives 0.
+    #[inline]
+    pub fn quantize8(&self, linear: f64) -> u8 {
+        // NaN is not above zero either.
+        let inside = if linear > 0.0 { linear.min(1.0) } else { return 0 };
+        let cell = (inside * Self::N_CELLS as f64) as usize;
+        let level = self.of_cell[cell];
+        // Not a branch: where in its cell a value lies nobody can foretell.
+        level + u8::from(inside >= self.begins[usize::from(level) + 1])
+    }
+}
+
+impl Default for SrgbLevels {
+    fn default() -> SrgbLevels {
+        SrgbLevels::new()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn expose(radiance: f64, exposure_stops: f64) -> f64 {
+        expose_by(radiance, exposure_factor(exposure_stops))
+    }
 
     fn neutral_srgb8(color: [f64; 3]) -> [u8; 3] {
         pbr_neutral(color.map(|c| expose(c, 0.0))).map(|c| quantize8(srgb_from_linear(c)))
@@ -118,6 +178,17 @@ mod tests {
         assert_eq!(neutral_srgb8([f64::INFINITY, 0.0, f64::NAN]), [255; 3]);
         assert_eq!(expose(0.0, 5000.0), 0.0);
         assert_eq!(expose(1.0, -5000.0), 0.0);
+    }
+
+    #[test]
+    fn levels_are_those_of_the_curve_everywhere() {
+        let levels = SrgbLevels::new();
+        let agree = |linear: f64| assert_eq!(levels.quantize8(linear), quantize8(srgb_from_linear(linear)), "{linear}");
+        (0..=400_000).for_each(|step| agree(f64::from(step) / 300_000.0 - 0.1));
+        for &begin in &levels.begins[1..256] {
+            [begin.next_down(), begin, begin.next_up()].into_iter().for_each(agree);
+        }
+        [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 1e-300, f64::MAX].into_iter().for_each(agree);
     }
 
     #[test]

@@ -206,41 +206,53 @@ pub fn intersect_exact(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<Triangle
 }
 
 /// Whether the corners lie on one line or point, so that no ray can hit the triangle. Corners must be finite.
+#[inline]
 pub fn is_degenerate(corners: [Vec3; 3]) -> bool {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
-    // f32 corners are tame, so differences are exact or rounded by u: 3u for each product, u for their difference. Each component of the cross product is
-    // certainly not zero when it is above what its rounding can make of nothing.
+    let (a, b, c) = (corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3());
+    // f32 corners are tame, so differences are exact or rounded by u: 3u for each product, u for their difference. A
+    // component of the cross product is certainly not zero when it is above 5u of the sizes of its two products, and
+    // those are at most that of the longest edges' components.
     let (e, f) = (b - a, c - a);
-    let size = |p: f64, q: f64, r: f64, s: f64| ((p * q).abs() + (r * s).abs()) * (5.0 * U);
     let n = e.cross(f).abs();
-    let certain = n.x > size(e.y, f.z, e.z, f.y) || n.y > size(e.z, f.x, e.x, f.z) || n.z > size(e.x, f.y, e.y, f.x);
-    if certain {
-        return false;
-    }
-    let [a, b, c] = [a, b, c].map(Dyadic::vector);
-    let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
-    n.iter().all(|component| component.sign() == 0)
+    let most = e.abs().max_element() * f.abs().max_element();
+    n.max_element() <= 2.0 * most * (5.0 * U) && is_degenerate_exact([a, b, c])
+}
+
+/// [`is_degenerate`] in exact arithmetic.
+#[cold]
+fn is_degenerate_exact(corners: [DVec3; 3]) -> bool {
+    normal_dyadic(corners).iter().all(|component| component.sign() == 0)
+}
+
+/// The normal by the winding, as long as it comes.
+fn normal_dyadic(corners: [DVec3; 3]) -> [Dyadic; 3] {
+    let [a, b, c] = corners.map(Dyadic::vector);
+    Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a))
 }
 
 /// The unit normal by the winding, of a triangle that is not degenerate; each component within a few u.
+#[inline(always)]
 pub fn unit_normal(corners: [Vec3; 3]) -> DVec3 {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let (a, b, c) = (corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3());
     let n = match exact_edges(a, b, c) {
         Some((e, f)) => cross(e, f).hi(),
-        None => {
-            let [a, b, c] = [a, b, c].map(Dyadic::vector);
-            let n = Dyadic::cross(&Dyadic::difference(&b, &a), &Dyadic::difference(&c, &a));
-            DVec3::from_array(n.map(|component| component.to_f64()))
-        }
+        None => normal_exact([a, b, c]),
     };
     // f32 corners bound the normal by 2²⁵⁸ and 2⁻²⁹⁸: its square cannot leave the range of f64 (2^±1022).
     n.normalize_or_zero()
 }
 
+/// The normal of edges that f64 cannot hold, rounded.
+#[cold]
+fn normal_exact(corners: [DVec3; 3]) -> DVec3 {
+    DVec3::from_array(normal_dyadic(corners).map(|component| component.to_f64()))
+}
+
 /// The way from `p` to the plane of a triangle that is not degenerate, along its normal. The distance is computed in
 /// double-double from the unrounded normal: a rounded one would tilt the plane by as much as `p` is far from a corner.
+#[inline(always)]
 pub fn to_plane(corners: [Vec3; 3], p: DVec3) -> DVec3 {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let (a, b, c) = (corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3());
     match exact_edges(a, b, c) {
         Some((e, f)) => {
             let n = cross(e, f);

@@ -11,7 +11,7 @@ mod trace;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::accel::Accel;
-use crate::film::{Film, Plane, Region, Samples};
+use crate::film::{Film, Plane, Region, Rows, Samples};
 use crate::world::{Camera, World};
 
 /// How the samples of a pixel are placed.
@@ -110,6 +110,15 @@ pub struct Rendered {
     pub exact_tests: u64,
 }
 
+/// What a render took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Rays by kind.
+    pub rays: RayCounts,
+    /// Primitive tests that f64 and double-double could not decide.
+    pub exact_tests: u64,
+}
+
 /// The render was asked to stop before it was finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the render was stopped before it was finished")]
@@ -119,6 +128,24 @@ pub struct Stopped;
 pub fn n_tiles(settings: &Settings) -> u64 {
     let tiles = |length_px: u32| u64::from(length_px.div_ceil(settings.tile_size_px));
     tiles(settings.region.width_px()) * tiles(settings.region.height_px())
+}
+
+/// A black film for the region of the settings: `R`, `G`, `B` and `A`.
+pub fn new_film(camera: &Camera, settings: &Settings) -> Film {
+    let n_pixels = settings.region.n_pixels();
+    let plane = |name: &str| Plane {
+        name: name.to_owned(),
+        samples: match settings.course {
+            true => Samples::F64(vec![0.0; n_pixels]),
+            false => Samples::F32(vec![0.0; n_pixels]),
+        },
+    };
+    Film {
+        width_px: camera.width_px,
+        height_px: camera.height_px,
+        data_window: settings.region,
+        planes: ["R", "G", "B", "A"].map(plane).into(),
+    }
 }
 
 /// Renders the region of the settings.
@@ -132,12 +159,30 @@ pub fn render(
     settings: &Settings,
     control: &Control,
 ) -> Result<Rendered, Stopped> {
-    let features = world.features();
+    let mut film = new_film(camera, settings);
+    let Counts { rays, exact_tests } = render_into(world, accel, camera, settings, control, &mut film, &|_| {})?;
+    Ok(Rendered { film, rays, exact_tests })
+}
+
+/// Renders into a film of [`new_film`]. The workers hand over rows that are finished to `finished`, in no fixed order but
+/// each once; they begin where a band of the film ([`crate::film::rows::BAND_ROWS`]) does.
+///
+/// # Errors
+/// [`Stopped`] when `control` asked for it; the film then holds a part of the image.
+pub fn render_into(
+    world: &World,
+    accel: &Accel,
+    camera: &Camera,
+    settings: &Settings,
+    control: &Control,
+    film: &mut Film,
+    finished: &(dyn Fn(&Rows) + Sync),
+) -> Result<Counts, Stopped> {
     let job = tile::Job {
         scene: trace::Scene {
             world,
             accel,
-            shading: shade::Shading::new(&features, settings.terminator),
+            shading: shade::Shading::new(world, settings.terminator),
             max_depth: settings.max_depth,
             clamp: settings.course,
         },
@@ -146,20 +191,6 @@ pub fn render(
         settings,
         control,
     };
-    let n_pixels = settings.region.n_pixels();
-    let plane = |name: &str| Plane {
-        name: name.to_owned(),
-        samples: match settings.course {
-            true => Samples::F64(vec![0.0; n_pixels]),
-            false => Samples::F32(vec![0.0; n_pixels]),
-        },
-    };
-    let mut film = Film {
-        width_px: camera.width_px,
-        height_px: camera.height_px,
-        data_window: settings.region,
-        planes: ["R", "G", "B", "A"].map(plane).into(),
-    };
-    let tally = tile::render_tiles(&job, &mut film)?;
-    Ok(Rendered { film, rays: tally.rays, exact_tests: tally.exact_tests })
+    let tally = tile::render_tiles(&job, film, finished)?;
+    Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests })
 }

@@ -2,6 +2,7 @@
 //! they are the same for any order of work and for any crop.
 
 use super::{Sampler, Settings};
+use crate::BARE;
 
 /// Sample positions for all pixels of a render.
 #[derive(Clone, Debug)]
@@ -30,7 +31,7 @@ impl Pattern {
 
     /// Samples per pixel.
     pub fn n_samples(&self) -> usize {
-        self.cells.len()
+        if BARE { 1 } else { self.cells.len() }
     }
 
     /// Position of a sample within its pixel, in [0, 1)² from the top left corner.

@@ -9,7 +9,9 @@ use glam::DVec3;
 use super::surface::{Surface, describe, shading_normal};
 use super::terminator;
 use super::trace::Level;
+use crate::BARE;
 use crate::numeric::U;
+use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Features, Hit, MaterialId, Ray, World};
 
 /// A shadow ray's consequence: what reaches the viewer if it is not occluded.
@@ -21,37 +23,105 @@ pub struct ShadowRay {
     pub radiance: DVec3,
 }
 
-type Stage = fn(&World, &mut Level, bool, &mut Level, &mut Vec<ShadowRay>, &mut Vec<Ray>);
+/// What shading a level makes, in memory that is used again for every batch.
+#[derive(Debug, Default)]
+pub struct Lighting {
+    /// Hits that light or mirrors add to.
+    points: Vec<DescribedHit>,
+    /// What each of `rays` is sent for.
+    pub shadow: Vec<ShadowRay>,
+    /// Rays to the lights, in the order of hits and lights.
+    pub rays: Vec<Ray>,
+}
+
+/// A hit that is shaded, described.
+#[derive(Clone, Copy, Debug)]
+struct DescribedHit {
+    ray_idx: u32,
+    material: MaterialId,
+    surface: Surface,
+}
+
+type Stage = fn(&World, &Level, &mut Level, &mut Lighting);
 
 /// The shading stage of a scene, chosen once by its features.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Shading {
+    isa: Isa,
+    /// For levels that may send mirror rays, and for the last level, which may not.
+    inner: LevelStage,
+    last: LevelStage,
+}
+
+/// How a level is shaded.
+#[derive(Clone, Debug)]
+struct LevelStage {
     stage: Stage,
+    /// By material: whether anything is added to its ambient part, for which the surface must be known.
+    is_shaded: Vec<bool>,
 }
 
 impl Shading {
-    /// The stage that has these features and no others, with or without the correction of [`terminator`].
-    pub fn new(features: &Features, terminator: bool) -> Shading {
-        let stage = match (features.smooth_normals, terminator) {
-            (false, _) => stage_of_sides::<false, false>(features),
-            (true, false) => stage_of_sides::<true, false>(features),
-            (true, true) => stage_of_sides::<true, true>(features),
+    /// The stage that has the features of the world and no others, with or without the correction of [`terminator`].
+    pub fn new(world: &World, terminator: bool) -> Shading {
+        let features = world.features();
+        let level = |bounce: bool| {
+            let features = Features { reflection: features.reflection && bounce, ..features };
+            let stage = match (features.smooth_normals && !BARE, terminator) {
+                (false, _) => stage_of_sides::<false, false>(&features),
+                (true, false) => stage_of_sides::<true, false>(&features),
+                (true, true) => stage_of_sides::<true, true>(&features),
+            };
+            let is_lit = |id| features.direct_light && world.materials.is_lit(id);
+            let is_mirror = |id: MaterialId| features.reflection && world.materials.reflectance[id.idx()] > 0.0;
+            let ids = (0..world.materials.len() as u32).map(MaterialId);
+            LevelStage { stage, is_shaded: ids.map(|id| is_lit(id) || is_mirror(id)).collect() }
         };
-        Shading { stage }
+        Shading { isa: Isa::detect(), inner: level(true), last: level(false) }
     }
 
     /// Shades all hits of a level: fills its radiance, and the rays that are still to be traced. `bounce` says whether
     /// the next level may have rays.
-    pub fn shade(
-        &self,
-        world: &World,
-        level: &mut Level,
-        bounce: bool,
-        next: &mut Level,
-        shadow: &mut Vec<ShadowRay>,
-        shadow_rays: &mut Vec<Ray>,
-    ) {
-        (self.stage)(world, level, bounce, next, shadow, shadow_rays);
+    pub fn shade(&self, world: &World, level: &mut Level, bounce: bool, next: &mut Level, lighting: &mut Lighting) {
+        let LevelStage { stage, is_shaded } = if bounce { &self.inner } else { &self.last };
+        level.radiance.clear();
+        lighting.points.clear();
+        lighting.shadow.clear();
+        lighting.rays.clear();
+        let Level { rays, hits, radiance, .. } = &mut *level;
+        let points = &mut lighting.points;
+        self.isa.dispatch(Describe { world, is_shaded, rays, hits, radiance, points });
+        stage(world, level, next, lighting);
+    }
+}
+
+/// The first step: every ray gets the radiance that needs no further ray, and hits that are shaded are described. One loop
+/// over hits that is compiled for the processor: describing is double-double arithmetic, whose fused multiply-adds are
+/// calls without the instruction.
+struct Describe<'a> {
+    world: &'a World,
+    is_shaded: &'a [bool],
+    rays: &'a [Ray],
+    hits: &'a [Hit],
+    radiance: &'a mut Vec<DVec3>,
+    points: &'a mut Vec<DescribedHit>,
+}
+
+impl Batch for Describe<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _simd: S) {
+        let Describe { world, is_shaded, rays, hits, radiance, points } = self;
+        for (ray_idx, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            if !hit.is_some() {
+                radiance.push(world.background);
+                continue;
+            }
+            let material = hit.prim.material(world);
+            radiance.push(world.materials.ambient[material.idx()]);
+            if is_shaded[material.idx()] {
+                points.push(DescribedHit { ray_idx: ray_idx as u32, material, surface: describe(world, ray, hit) });
+            }
+        }
     }
 }
 
@@ -65,7 +135,7 @@ fn stage_of_sides<const SMOOTH: bool, const TERMINATOR: bool>(features: &Feature
 }
 
 fn stage_of_mirrors<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(features: &Features) -> Stage {
-    match (features.reflection, features.direct_light) {
+    match (features.reflection && !BARE, features.direct_light) {
         (false, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, false, false>,
         (false, true) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, false, true>,
         (true, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, true, false>,
@@ -101,37 +171,25 @@ impl Point {
     }
 }
 
+/// The second step, over the described hits.
 fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const MIRROR: bool, const LIT: bool>(
     world: &World,
-    level: &mut Level,
-    bounce: bool,
+    level: &Level,
     next: &mut Level,
-    shadow: &mut Vec<ShadowRay>,
-    shadow_rays: &mut Vec<Ray>,
+    lighting: &mut Lighting,
 ) {
-    let Level { rays, hits, radiance, .. } = level;
-    radiance.clear();
-    for (ray_idx, (ray, hit)) in rays.iter().zip(hits.iter()).enumerate() {
-        if !hit.is_some() {
-            radiance.push(world.background);
-            continue;
-        }
-        let ray_idx = ray_idx as u32;
-        let material = hit.prim.material(world);
-        radiance.push(world.materials.ambient[material.idx()]);
-        let lit = LIT && world.materials.is_lit(material);
-        let mirror = MIRROR && bounce && world.materials.reflectance[material.idx()] > 0.0;
-        if !lit && !mirror {
-            continue;
-        }
-        let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material);
-        if lit {
+    let Lighting { points, shadow, rays: shadow_rays } = lighting;
+    for &DescribedHit { ray_idx, material, surface } in points.iter() {
+        let (ray, hit) = (&level.rays[ray_idx as usize], &level.hits[ray_idx as usize]);
+        let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material, surface);
+        if LIT && world.materials.is_lit(material) {
             light::<TERMINATOR>(world, &point, ray_idx, shadow, shadow_rays);
         }
-        if mirror {
+        let reflectance = world.materials.reflectance[material.idx()];
+        if MIRROR && reflectance > 0.0 {
             let direction = 2.0 * point.ns.dot(point.wo) * point.ns - point.wo;
             let origin = point.leave::<TERMINATOR>(direction);
-            next.push(Ray::new(origin, direction), ray_idx, world.materials.reflectance[material.idx()]);
+            next.push(Ray::new(origin, direction), ray_idx, reflectance);
         }
     }
 }
@@ -142,8 +200,8 @@ fn point<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(
     ray: &Ray,
     hit: &Hit,
     material: MaterialId,
+    surface: Surface,
 ) -> Point {
-    let surface = describe(world, ray, hit);
     let wo = -ray.direction.normalize();
     let ns = if SMOOTH { shading_normal(world, hit, surface.ng) } else { surface.ng };
     let turned = TWO_SIDED && surface.ng.dot(wo) < 0.0;
@@ -163,7 +221,8 @@ fn light<const TERMINATOR: bool>(
 ) {
     let materials = &world.materials;
     let row = point.material.idx();
-    for (&position, &intensity) in world.lights.positions.iter().zip(&world.lights.intensities) {
+    let n_lights = if BARE { 1 } else { world.lights.len() };
+    for (&position, &intensity) in world.lights.positions[..n_lights].iter().zip(&world.lights.intensities) {
         let Some(wi) = (position - point.surface.p).try_normalize() else { continue };
         let cosine = point.ns.dot(wi);
         if cosine <= 0.0 {

@@ -40,7 +40,7 @@ impl Surface {
 
 /// The surface at a hit. The ray's own point o + t·d is as far off the surface as t is rounded, which grows with the
 /// distance; one step along the normal leaves only the rounding of the point itself.
-#[inline]
+#[inline(always)]
 pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
     let along = step_along(step_along(ray.origin, hit.t, ray.direction), hit.t * f64::from(hit.t_rest), ray.direction);
     let row = hit.prim.row();
@@ -89,7 +89,7 @@ fn describe_quadric(world: &World, row: usize, ray: &Ray, along: DVec3) -> Surfa
 const STEP_GAIN: f64 = 1.0 / 16.0;
 
 /// from + length·direction, rounded once.
-#[inline]
+#[inline(always)]
 fn step_along(from: DVec3, length: f64, direction: DVec3) -> DVec3 {
     let on = |i: usize| length.mul_add(direction[i], from[i]);
     DVec3::new(on(0), on(1), on(2))

@@ -1,4 +1,5 @@
-//! Tiles: workers take one after another, and each writes its own part of the film.
+//! Tiles: workers take one after another, and each writes its own part of the film. Rows that are finished are handed
+//! over while others are still rendered.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -7,7 +8,8 @@ use super::camera_ray::CameraRays;
 use super::sampler::Pattern;
 use super::trace::{Scene, Wavefront};
 use super::{Control, RayCounts, Settings, Stopped, n_tiles};
-use crate::film::{Film, Plane, Region, Samples};
+use crate::film::rows::{BAND_ROWS, Rows, RowsMut};
+use crate::film::{Film, Region};
 use crate::numeric::tally::take_exact_tests;
 
 /// Camera rays in a batch at most: a batch and what it sends fit into the second level cache.
@@ -38,48 +40,88 @@ pub struct Tally {
     n_tiles: u64,
 }
 
-/// Renders all tiles into the film.
-pub fn render_tiles(job: &Job, film: &mut Film) -> Result<Tally, Stopped> {
+/// Rows of tiles that are finished together and then handed over: the fewest that are a whole number of the bands that
+/// files are encoded by.
+struct Strip<'a> {
+    rows: RowsMut<'a>,
+    n_tiles_left: u64,
+}
+
+/// Rows of tiles in a strip.
+fn tile_rows_per_strip(tile_size_px: u32) -> u64 {
+    // Both numbers divided by their greatest common divisor; the band's is a power of two.
+    let band = BAND_ROWS as u64;
+    band >> u64::from(tile_size_px).trailing_zeros().min(band.trailing_zeros())
+}
+
+/// Renders all tiles into the film. `finished` is called by the workers with rows that will not change any more, from top
+/// to bottom more or less.
+pub fn render_tiles(job: &Job, film: &mut Film, finished: &(dyn Fn(&Rows) + Sync)) -> Result<Tally, Stopped> {
     let next_tile = AtomicU64::new(0);
-    let shared = Mutex::new((film, Tally::default()));
-    let n_workers = job.settings.threads.min(n_tiles(job.settings) as usize);
+    let tally = Mutex::new(Tally::default());
+    let settings = job.settings;
+    let tiles_per_row = u64::from(settings.region.width_px().div_ceil(settings.tile_size_px));
+    let tiles_per_strip = tiles_per_row * tile_rows_per_strip(settings.tile_size_px);
+    let strip_rows = tile_rows_per_strip(settings.tile_size_px) as usize * settings.tile_size_px as usize;
+    let strips: Vec<Mutex<Strip>> = film
+        .split_rows_mut(strip_rows)
+        .into_iter()
+        .zip((0..n_tiles(settings)).step_by(tiles_per_strip as usize))
+        .map(|(rows, first)| Strip { rows, n_tiles_left: tiles_per_strip.min(n_tiles(settings) - first) })
+        .map(Mutex::new)
+        .collect();
+    let take = || {
+        let tile = next_tile.fetch_add(1, Ordering::Relaxed);
+        (tile < n_tiles(settings)).then(|| (tile, &strips[(tile / tiles_per_strip) as usize]))
+    };
+    let n_workers = settings.threads.min(n_tiles(settings) as usize);
     std::thread::scope(|scope| {
         for _ in 1..n_workers {
-            scope.spawn(|| work(job, &next_tile, &shared));
+            scope.spawn(|| work(job, &take, finished, &tally));
         }
-        work(job, &next_tile, &shared);
+        work(job, &take, finished, &tally);
     });
-    let (_, tally) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
     // A stop that came after the last batch came too late to matter.
-    if tally.n_tiles < n_tiles(job.settings) { Err(Stopped) } else { Ok(tally) }
+    if tally.n_tiles < n_tiles(settings) { Err(Stopped) } else { Ok(tally) }
 }
 
 /// One worker: tiles until there are none left or a stop is asked for.
-fn work(job: &Job, next_tile: &AtomicU64, shared: &Mutex<(&mut Film, Tally)>) {
+fn work<'a, 'film: 'a>(
+    job: &Job,
+    take: &impl Fn() -> Option<(u64, &'a Mutex<Strip<'film>>)>,
+    finished: &dyn Fn(&Rows),
+    tally: &Mutex<Tally>,
+) {
     let mut wavefront = Wavefront::default();
     let mut pixels = Vec::new();
     take_exact_tests();
     let (mut rays_before, mut n_finished) = (0, 0);
-    loop {
-        let tile = next_tile.fetch_add(1, Ordering::Relaxed);
-        if tile >= n_tiles(job.settings) {
-            break;
-        }
+    while let Some((tile, strip)) = take() {
         let region = tile_region(job.settings, tile);
         if render_tile(job, &region, &mut wavefront, &mut pixels).is_err() {
             break;
         }
-        copy_into(shared.lock().unwrap_or_else(PoisonError::into_inner).0, &region, &pixels);
+        // Nobody else wants a strip whose last tile is there: what is done with it holds up no one.
+        let mut strip = strip.lock().unwrap_or_else(PoisonError::into_inner);
+        let window = job.settings.region;
+        let row = (region.y0 - window.y0) as usize - strip.rows.first_row();
+        strip.rows.put((region.x0 - window.x0) as usize, row, region.width_px() as usize, &pixels);
+        strip.n_tiles_left -= 1;
+        if strip.n_tiles_left == 0 {
+            finished(&strip.rows.as_rows());
+        }
+        drop(strip);
         let rays = wavefront.counts.total();
         job.control.rays_traced.fetch_add(rays - rays_before, Ordering::Relaxed);
         job.control.tiles_done.fetch_add(1, Ordering::Relaxed);
         rays_before = rays;
         n_finished += 1;
     }
-    let mut guard = shared.lock().unwrap_or_else(PoisonError::into_inner);
-    guard.1.n_tiles += n_finished;
-    guard.1.rays.add(&wavefront.counts);
-    guard.1.exact_tests += take_exact_tests();
+    let mut tally = tally.lock().unwrap_or_else(PoisonError::into_inner);
+    tally.n_tiles += n_finished;
+    tally.rays.add(&wavefront.counts);
+    tally.exact_tests += take_exact_tests();
 }
 
 /// Tiles in rows from the top left; those at the right and lower edge may be smaller.
@@ -109,16 +151,17 @@ fn render_tile(
             return Err(Stopped);
         }
         // Each batch goes on where the last one ended.
-        let level = wavefront.begin();
+        let rays = wavefront.begin();
         let (mut index, mut sample) = first;
-        for _ in 0..BATCH_RAYS {
-            if index == pixels.len() {
-                break;
-            }
-            let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
+        let (mut x, mut y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
+        while index < pixels.len() && rays.len() < BATCH_RAYS {
             let (dx, dy) = job.pattern.position(x, y, sample);
-            level.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy), 0, 1.0);
-            (index, sample) = after(index, sample, n_samples);
+            rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
+            sample += 1;
+            if sample == n_samples {
+                (index, sample) = (index + 1, 0);
+                (x, y) = if x + 1 == region.x1 { (region.x0, y + 1) } else { (x + 1, y) };
+            }
         }
         let next = (index, sample);
         let level = wavefront.trace(&job.scene);
@@ -129,40 +172,27 @@ fn render_tile(
             *g += radiance.y;
             *b += radiance.z;
             *n_hits += f64::from(u8::from(hit.is_some()));
-            (index, sample) = after(index, sample, n_samples);
+            sample += 1;
+            if sample == n_samples {
+                (index, sample) = (index + 1, 0);
+            }
         }
         first = next;
     }
-    pixels.iter_mut().flatten().for_each(|sum| *sum /= n_samples as f64);
+    if n_samples > 1 {
+        pixels.iter_mut().for_each(|sums| *sums = sums.map(|sum| sum / n_samples as f64));
+    }
     Ok(())
 }
 
-/// The pixel and sample that follow.
-#[inline]
-fn after(index: usize, sample: usize, n_samples: usize) -> (usize, usize) {
-    if sample + 1 == n_samples { (index + 1, 0) } else { (index, sample + 1) }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Copies a tile into the planes of the film.
-fn copy_into(film: &mut Film, region: &Region, pixels: &[[f64; 4]]) {
-    let data_window = film.data_window;
-    let width = region.width_px() as usize;
-    for (channel, Plane { samples, .. }) in film.planes.iter_mut().enumerate() {
-        for (row, y) in pixels.chunks_exact(width).zip(region.y0..) {
-            let start = data_window.index_of(region.x0, y);
-            match samples {
-                Samples::F32(values) => {
-                    for (value, pixel) in values[start..start + width].iter_mut().zip(row) {
-                        *value = pixel[channel] as f32;
-                    }
-                }
-                Samples::F64(values) => {
-                    for (value, pixel) in values[start..start + width].iter_mut().zip(row) {
-                        *value = pixel[channel];
-                    }
-                }
-                Samples::U32(_) => {}
-            }
+    #[test]
+    fn strips_are_the_fewest_rows_of_tiles_that_bands_divide() {
+        for (tile_size_px, expected) in [(1, 16), (8, 2), (16, 1), (20, 4), (32, 1), (33, 16), (48, 1), (1000, 2)] {
+            assert_eq!(tile_rows_per_strip(tile_size_px), expected, "{tile_size_px}");
         }
     }
 }

@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::RayCounts;
-use super::shade::{Shading, ShadowRay};
+use super::shade::{Lighting, Shading};
 use crate::accel::Accel;
 use crate::world::{Hit, Ray, World};
 
@@ -17,9 +17,9 @@ pub struct Level {
     pub rays: Vec<Ray>,
     /// Their closest hits.
     pub hits: Vec<Hit>,
-    /// Index in the level above of the ray that each came from.
+    /// Index in the level above of the ray that each came from; empty for camera rays.
     pub parents: Vec<u32>,
-    /// Share of the radiance that reaches the parent.
+    /// Share of the radiance that reaches the parent; empty for camera rays.
     pub weights: Vec<f64>,
     /// Radiance towards the ray's origin, without what deeper levels add.
     pub radiance: Vec<DVec3>,
@@ -44,15 +44,14 @@ impl Level {
 #[derive(Debug, Default)]
 pub struct Wavefront {
     levels: Vec<Level>,
-    shadow: Vec<ShadowRay>,
-    shadow_rays: Vec<Ray>,
+    lighting: Lighting,
     occluded: Vec<bool>,
     /// Rays sent so far.
     pub counts: RayCounts,
 }
 
 /// What stays the same for all batches of a render.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Scene<'a> {
     /// Tables.
     pub world: &'a World,
@@ -67,13 +66,13 @@ pub struct Scene<'a> {
 }
 
 impl Wavefront {
-    /// Starts a batch.
-    pub fn begin(&mut self) -> &mut Level {
+    /// Starts a batch: the camera rays go into the vector.
+    pub fn begin(&mut self) -> &mut Vec<Ray> {
         if self.levels.is_empty() {
             self.levels.push(Level::default());
         }
         self.levels[0].clear();
-        &mut self.levels[0]
+        &mut self.levels[0].rays
     }
 
     /// Traces the batch; the first level then holds the finished radiance and the hits of camera rays.
@@ -93,22 +92,21 @@ impl Wavefront {
             scene.accel.closest_hit(scene.world, &level.rays, &mut level.hits);
 
             // Shading: local radiance, shadow rays, mirror rays.
-            self.shadow.clear();
-            self.shadow_rays.clear();
             let bounce = depth as u32 + 1 < scene.max_depth;
-            scene.shading.shade(scene.world, level, bounce, next, &mut self.shadow, &mut self.shadow_rays);
+            scene.shading.shade(scene.world, level, bounce, next, &mut self.lighting);
 
             // Shadow rays, in the order of hits and lights.
+            let Lighting { rays: shadow_rays, shadow, .. } = &self.lighting;
             self.occluded.clear();
-            self.occluded.resize(self.shadow_rays.len(), false);
-            scene.accel.occluded(scene.world, &self.shadow_rays, &mut self.occluded);
-            for (shadow, &occluded) in self.shadow.iter().zip(&self.occluded) {
+            self.occluded.resize(shadow_rays.len(), false);
+            scene.accel.occluded(scene.world, shadow_rays, &mut self.occluded);
+            for (shadow, &occluded) in shadow.iter().zip(&self.occluded) {
                 if !occluded {
                     level.radiance[shadow.ray_idx as usize] += shadow.radiance;
                 }
             }
 
-            self.counts.shadow += self.shadow_rays.len() as u64;
+            self.counts.shadow += shadow_rays.len() as u64;
             self.counts.reflection += next.rays.len() as u64;
             if depth == 0 {
                 self.counts.camera += level.rays.len() as u64;

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
+use rayon::prelude::*;
 
-use super::{Compiled, Names, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, normals, validate};
+use super::normals::FaceNormals;
+use super::{Compiled, Names, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, validate};
 use crate::error::{Error, Place, Problem};
-use crate::world::{Camera, Material, MeshInput, ObjectId, World};
+use crate::world::{Bounds, Camera, Material, MeshInput, ObjectId, World};
 
 const DEFAULT_WIDTH_PX: u32 = 1280;
 const DEFAULT_HEIGHT_PX: u32 = 720;
@@ -55,10 +57,12 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     warnings.extend(geometry::warnings_about(dropped, path));
     let axes = view_axes(overrides.up.unwrap_or_default());
     let fov_y_radians = overrides.fov_y_degrees.unwrap_or(DEFAULT_FOV_Y_DEGREES).to_radians();
-    let Some(world_from_camera) = fit_camera(&world, &axes, fov_y_radians, width_px, height_px) else {
+    let bounds = world.bounds();
+    let fit = |bounds: &Bounds| fit_camera(&world, bounds, &axes, fov_y_radians, width_px, height_px);
+    let (Some(bounds), Some(world_from_camera)) = (bounds, bounds.as_ref().and_then(fit)) else {
         return Err(Problem::new(Place::file(path), "nothing to show: the mesh has no triangle with an area").into());
     };
-    add_lights(&mut world, &axes);
+    add_lights(&mut world, &bounds, &axes);
     let camera = Camera { world_from_camera, fov_y_radians, width_px, height_px };
     let object = path.file_stem().map_or_else(|| "mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let names = Names { materials: vec![format!("material of {object}")], objects: vec![object] };
@@ -87,9 +91,10 @@ fn smooth_normals_if_gentle(positions: &[glam::Vec3], triangles: &[[u32; 3]]) ->
     if positions.len() >= 3 * triangles.len() {
         return None;
     }
-    let normals = normals::smooth_normals(positions, triangles);
+    let faces = FaceNormals::new(positions, triangles);
+    let normals = faces.smooth_normals();
     let angle_cos = libm::cos(GENTLE_ANGLE_DEGREES.to_radians());
-    let share = normals::share_of_gentle_corners(positions, triangles, &normals, angle_cos);
+    let share = faces.share_of_gentle_corners(&normals, angle_cos);
     (share >= GENTLE_SHARE).then_some(normals)
 }
 
@@ -113,22 +118,29 @@ fn view_axes(up_axis: UpAxis) -> ViewAxes {
 /// In the axes of the view, with slopes tₓ and t_y of the frustum's sides, a camera at (x₀, y₀, z₀) sees the point
 /// (x, y, z) when |x − x₀| ≤ tₓ(z₀ − z) and |y − y₀| ≤ t_y(z₀ − z). With R = max(x + tₓz) and L = max(tₓz − x) both
 /// sides hold for z₀ ≥ (R + L)/2tₓ, and the middle is x₀ = (R − L)/2; the same for y.
-fn fit_camera(world: &World, axes: &ViewAxes, fov_y_radians: f64, width_px: u32, height_px: u32) -> Option<DMat4> {
-    let bounds = world.bounds()?;
+fn fit_camera(
+    world: &World,
+    bounds: &Bounds,
+    axes: &ViewAxes,
+    fov_y_radians: f64,
+    width_px: u32,
+    height_px: u32,
+) -> Option<DMat4> {
     let center = bounds.center();
     let slope_y = libm::tan(0.5 * fov_y_radians) * (1.0 - MARGIN);
     let slope_x = slope_y * f64::from(width_px) / f64::from(height_px);
-    let (mut right, mut left, mut top, mut bottom, mut nearest) =
-        (f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
-    for &vertex in world.triangles.vertices.iter().flatten() {
+    // Largest values are the same in whatever order they are found.
+    const NOTHING: [f64; 5] = [f64::NEG_INFINITY; 5];
+    let larger = |a: [f64; 5], b: [f64; 5]| std::array::from_fn(|i| a[i].max(b[i]));
+    let reach = |vertex: u32| {
         let p = world.triangles.positions[vertex as usize].as_dvec3() - center;
         let (x, y, z) = (p.dot(axes.right), p.dot(axes.up), p.dot(axes.back));
-        right = right.max(x + slope_x * z);
-        left = left.max(slope_x * z - x);
-        top = top.max(y + slope_y * z);
-        bottom = bottom.max(slope_y * z - y);
-        nearest = nearest.max(z);
-    }
+        [x + slope_x * z, slope_x * z - x, y + slope_y * z, slope_y * z - y, z]
+    };
+    let triangles = world.triangles.vertices.par_iter().with_min_len(1 << 12);
+    let reaches = triangles.fold(|| NOTHING, |most, &[a, b, c]| [a, b, c].map(reach).into_iter().fold(most, larger));
+    // But for the sign of zero, which the sum takes away.
+    let [right, left, top, bottom, nearest] = reaches.reduce(|| NOTHING, larger).map(|most| most + 0.0);
     let distance = ((right + left) / (2.0 * slope_x))
         .max((top + bottom) / (2.0 * slope_y))
         .max(nearest + LEAST_CLEARANCE * bounds.extent().length());
@@ -139,8 +151,7 @@ fn fit_camera(world: &World, axes: &ViewAxes, fov_y_radians: f64, width_px: u32,
 
 /// A bright key light from the upper left of the viewer and a weak fill light from the right, some object sizes away,
 /// so that their directions vary little over the object.
-fn add_lights(world: &mut World, axes: &ViewAxes) {
-    let Some(bounds) = world.bounds() else { return };
+fn add_lights(world: &mut World, bounds: &Bounds, axes: &ViewAxes) {
     let size = bounds.extent().length();
     let mut add = |direction: DVec3, distance: f64, intensity: DVec3| {
         world.lights.add(bounds.center() + distance * size * direction.normalize(), intensity);

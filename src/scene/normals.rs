@@ -1,6 +1,7 @@
 //! Vertex normals of smooth meshes.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::numeric::triangle::is_degenerate;
 
@@ -14,54 +15,91 @@ fn face_normal(corners: [Vec3; 3]) -> Option<DVec3> {
     (b - a).cross(c - a).try_normalize()
 }
 
-/// One unit normal per vertex: the sum of the unit normals of its faces, unweighted, normalised, as the original does
-/// it. Sums are made in f64 in the order of the faces.
+/// The normals of the faces of a mesh, from which those of its vertices are made.
 ///
-/// Faces without area and faces with a NaN or infinite corner contribute nothing. Where the sum is zero the normal of
-/// the vertex's first face stands in; a vertex without a face gets +z. The result never holds a NaN. Indices out of
-/// range are passed over.
-pub fn smooth_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
-    let mut sums = vec![DVec3::ZERO; positions.len()];
-    for (normal, vertices) in face_normals(positions, triangles) {
-        for vertex in vertices {
-            sums[vertex as usize] += normal;
-        }
+/// Faces are worked on by all threads of the pool; every sum is made in the order of the faces whatever their number.
+#[derive(Debug)]
+pub struct FaceNormals<'a> {
+    n_vertices: usize,
+    triangles: &'a [[u32; 3]],
+    /// One per face: zero for one without area, with a NaN or infinite corner, or with an index out of range.
+    normals: Vec<DVec3>,
+}
+
+impl<'a> FaceNormals<'a> {
+    /// Computes them.
+    pub fn new(positions: &[Vec3], triangles: &'a [[u32; 3]]) -> FaceNormals<'a> {
+        let normal = |vertices: &[u32; 3]| match vertices.map(|vertex| positions.get(vertex as usize)) {
+            [Some(&a), Some(&b), Some(&c)] => face_normal([a, b, c]).unwrap_or(DVec3::ZERO),
+            _ => DVec3::ZERO,
+        };
+        FaceNormals { n_vertices: positions.len(), triangles, normals: triangles.par_iter().map(normal).collect() }
     }
-    // A sum of unit vectors that cancel is zero or a rounding residue of a few u; its direction would be noise.
-    // Each of n additions of partial sums below n rounds by at most n·u: 1e-9 covers vertices of 3000 faces.
-    const CANCELLED: f64 = 1e-9;
-    let mut cancelled: Vec<bool> = sums.iter().map(|sum| sum.length_squared() < CANCELLED * CANCELLED).collect();
-    if cancelled.contains(&true) {
-        for (normal, vertices) in face_normals(positions, triangles) {
-            for vertex in vertices.map(|vertex| vertex as usize) {
-                if std::mem::take(&mut cancelled[vertex]) {
-                    sums[vertex] = normal;
+
+    /// One unit normal per vertex: the sum of the unit normals of its faces, unweighted, normalised, as the original does
+    /// it. Sums are made in f64 in the order of the faces.
+    ///
+    /// Faces without area and faces with a NaN or infinite corner contribute nothing. Where the sum is zero the normal of
+    /// the vertex's first face stands in; a vertex without a face gets +z. The result never holds a NaN. Indices out of
+    /// range are passed over.
+    pub fn smooth_normals(&self) -> Vec<Vec3> {
+        let mut sums = vec![DVec3::ZERO; self.n_vertices];
+        // Each thread passes over all faces and keeps to vertices of its own: for the sums' order, and because looking
+        // at an index costs little beside a random access to memory.
+        let n_vertices_each = self.n_vertices.div_ceil(rayon::current_num_threads().min(8)).max(1);
+        sums.par_chunks_mut(n_vertices_each).enumerate().for_each(|(part, sums)| {
+            let first = (part * n_vertices_each) as u32;
+            for (&normal, vertices) in self.normals.iter().zip(self.triangles) {
+                for vertex in vertices {
+                    if let Some(sum) = sums.get_mut(vertex.wrapping_sub(first) as usize) {
+                        *sum += normal;
+                    }
+                }
+            }
+        });
+        // A sum of unit vectors that cancel is zero or a rounding residue of a few u; its direction would be noise.
+        // Each of n additions of partial sums below n rounds by at most n·u: 1e-9 covers vertices of 3000 faces.
+        const CANCELLED: f64 = 1e-9;
+        let is_cancelled = |sum: &DVec3| sum.length_squared() < CANCELLED * CANCELLED;
+        if sums.par_iter().any(is_cancelled) {
+            let mut cancelled: Vec<bool> = sums.iter().map(is_cancelled).collect();
+            for (normal, vertices) in self.with_area() {
+                for vertex in vertices.map(|vertex| vertex as usize) {
+                    if std::mem::take(&mut cancelled[vertex]) {
+                        sums[vertex] = normal;
+                    }
                 }
             }
         }
+        sums.par_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3()).collect()
     }
-    sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3()).collect()
+
+    /// The share of face corners whose vertex normal lies within `angle_cos` of the face's own; 1 for a mesh without area.
+    pub fn share_of_gentle_corners(&self, normals: &[Vec3], angle_cos: f64) -> f64 {
+        let count = |(normal, vertices): (&DVec3, &[u32; 3])| {
+            if *normal == DVec3::ZERO {
+                return (0, 0);
+            }
+            let vertex_normal = |vertex: u32| normals.get(vertex as usize).map_or(DVec3::ZERO, |n| n.as_dvec3());
+            let is_gentle = |&vertex: &u32| vertex_normal(vertex).dot(*normal) >= angle_cos;
+            (3, vertices.iter().filter(|vertex| is_gentle(vertex)).count())
+        };
+        let add = |a: (usize, usize), b: (usize, usize)| (a.0 + b.0, a.1 + b.1);
+        let faces = self.normals.par_iter().zip(self.triangles);
+        let (n_corners, n_gentle) = faces.map(count).reduce(|| (0, 0), add);
+        if n_corners == 0 { 1.0 } else { n_gentle as f64 / n_corners as f64 }
+    }
+
+    /// The faces that have a normal, in order.
+    fn with_area(&self) -> impl Iterator<Item = (DVec3, [u32; 3])> {
+        let faces = self.normals.iter().copied().zip(self.triangles.iter().copied());
+        faces.filter(|&(normal, _)| normal != DVec3::ZERO)
+    }
 }
 
-/// The unit normals of all faces that have one, in order.
-fn face_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> impl Iterator<Item = (DVec3, [u32; 3])> {
-    triangles.iter().filter_map(|&vertices| {
-        let [Some(&a), Some(&b), Some(&c)] = vertices.map(|vertex| positions.get(vertex as usize)) else { return None };
-        Some((face_normal([a, b, c])?, vertices))
-    })
-}
-
-/// The share of face corners whose vertex normal lies within `angle_cos` of the face's own; 1 for a mesh without area.
-pub fn share_of_gentle_corners(positions: &[Vec3], triangles: &[[u32; 3]], normals: &[Vec3], angle_cos: f64) -> f64 {
-    let (mut n_corners, mut n_gentle) = (0_usize, 0_usize);
-    for (normal, vertices) in face_normals(positions, triangles) {
-        for vertex in vertices {
-            n_corners += 1;
-            let vertex_normal = normals.get(vertex as usize).map_or(DVec3::ZERO, |n| n.as_dvec3());
-            n_gentle += usize::from(vertex_normal.dot(normal) >= angle_cos);
-        }
-    }
-    if n_corners == 0 { 1.0 } else { n_gentle as f64 / n_corners as f64 }
+/// [`FaceNormals::smooth_normals`] of a mesh.
+pub fn smooth_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+    FaceNormals::new(positions, triangles).smooth_normals()
 }
 
 #[cfg(test)]
@@ -90,6 +128,18 @@ mod tests {
     }
 
     #[test]
+    fn threads_do_not_show_in_the_bits() {
+        let ring: Vec<Vec3> =
+            (0..1000).map(|i| Vec3::new((i as f32).sin(), (i as f32).cos(), (i % 7) as f32)).collect();
+        let faces: Vec<[u32; 3]> = (0..998).map(|i| [i, i + 1, (i * 37 + 5) % 1000]).collect();
+        let with = |n_threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+            pool.install(|| smooth_normals(&ring, &faces))
+        };
+        assert_eq!(with(1), with(3));
+    }
+
+    #[test]
     fn the_smallest_and_largest_triangles_have_right_normals() {
         for scale in [1e-38_f32, 1e-45, 3e38] {
             let positions = [Vec3::ZERO, Vec3::X * scale, Vec3::Y * scale];
@@ -104,7 +154,7 @@ mod tests {
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let faces: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let normals = smooth_normals(&positions, &faces);
-        assert_eq!(share_of_gentle_corners(&positions, &faces, &normals, 0.9), 0.0);
+        assert_eq!(FaceNormals::new(&positions, &faces).share_of_gentle_corners(&normals, 0.9), 0.0);
         assert!(normals[0].dot(Vec3::splat(-1.0)) > 1.0, "outward");
     }
 }

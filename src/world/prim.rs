@@ -1,6 +1,7 @@
 //! The enum over all kinds of primitives, and the only `match`es over it.
 
 use super::{Bounds, Hit, MaterialId, ObjectId, World};
+use crate::BARE;
 use crate::numeric::prepared::PreparedRay;
 
 /// The kinds of primitives. The order is the order of ties: at equal `t` a sphere is hit before a quadric before a
@@ -44,6 +45,7 @@ impl PrimRef {
     pub fn kind(self) -> PrimKind {
         debug_assert!(self != PrimRef::NONE);
         match self.0 >> ROW_BITS {
+            _ if BARE => PrimKind::Triangle,
             0 => PrimKind::Sphere,
             1 => PrimKind::Quadric,
             _ => PrimKind::Triangle,

@@ -1,6 +1,7 @@
 //! Triangles over shared vertex columns, and the meshes they come in.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::{Bounds, Hit, MaterialId, MeshId, ObjectId, PrimRef, World};
 use crate::error::{Error, Place, Problem};
@@ -57,6 +58,20 @@ pub struct Dropped {
     pub zero_area: usize,
 }
 
+impl Dropped {
+    /// What becomes of one face.
+    fn of(face: &[u32; 3], positions: &[Vec3]) -> Dropped {
+        let corners = face.map(|vertex| positions[vertex as usize]);
+        let finite = corners.iter().all(|corner| corner.is_finite());
+        Dropped { non_finite: usize::from(!finite), zero_area: usize::from(finite && is_degenerate(corners)) }
+    }
+
+    fn plus(self, other: Dropped) -> Dropped {
+        let Dropped { non_finite, zero_area } = other;
+        Dropped { non_finite: self.non_finite + non_finite, zero_area: self.zero_area + zero_area }
+    }
+}
+
 impl Triangles {
     /// Number of triangles.
     pub fn len(&self) -> usize {
@@ -81,6 +96,7 @@ impl Triangles {
     }
 
     /// The unit normal of the plane, by the winding.
+    #[inline(always)]
     pub fn ng(&self, row: usize) -> DVec3 {
         unit_normal(self.corners(row))
     }
@@ -131,15 +147,11 @@ impl World {
         let MeshInput { mut positions, triangles: mut faces, normals, material, object } = mesh;
 
         // Drop what cannot be hit; a non-finite position that no face uses any more must not reach the tables either.
-        let mut dropped = Dropped::default();
-        faces.retain(|face| {
-            let corners = face.map(|vertex| positions[vertex as usize]);
-            let finite = corners.iter().all(|corner| corner.is_finite());
-            let flat = finite && is_degenerate(corners);
-            dropped.non_finite += usize::from(!finite);
-            dropped.zero_area += usize::from(flat);
-            finite && !flat
-        });
+        let dropped =
+            faces.par_iter().map(|face| Dropped::of(face, &positions)).reduce(Dropped::default, Dropped::plus);
+        if dropped != Dropped::default() {
+            faces.retain(|face| Dropped::of(face, &positions) == Dropped::default());
+        }
         for position in positions.iter_mut().filter(|position| !position.is_finite()) {
             *position = Vec3::ZERO;
         }

@@ -86,6 +86,9 @@ fn line_number(bytes: &[u8], offset: usize) -> u32 {
 fn gunzip(path: &Path, compressed: &[u8]) -> Result<Vec<u8>, Error> {
     let limit = GUNZIP_FLOOR_BYTES.max(compressed.len().saturating_mul(GUNZIP_MAX_RATIO));
     let mut bytes = Vec::new();
+    // Most meshes fit, and are not moved while they grow; room that is not used costs nothing. Others, or a system that
+    // has no such room, do without.
+    let _ = bytes.try_reserve(compressed.len().saturating_mul(4));
     let mut decoder = MultiGzDecoder::new(compressed).take(limit as u64 + 1);
     match decoder.read_to_end(&mut bytes) {
         Err(error) => Err(Problem::new(Place::file(path), format!("the gzip data is damaged or ends early: {error}"))

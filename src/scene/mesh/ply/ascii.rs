@@ -3,9 +3,13 @@
 //! A row may also run over several lines, as some writers break long lists; but each row begins on a line of its own,
 //! so that a missing value is found where it is missing.
 
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::super::faces::Faces;
 use super::super::finding::{At, Finding, Outcome, Tally, counted, quoted};
-use super::super::number::{is_blank, is_line_end, parse_f64, token};
-use super::body::Values;
+use super::super::number::{is_blank, is_line_end, parse_f64, parse_i64, token};
+use super::body::{FaceRow, Step, Values};
 use super::header::{Element, Kind};
 
 #[derive(Debug)]
@@ -57,6 +61,147 @@ impl<'a> Ascii<'a> {
         self.at = end;
         Ok(())
     }
+}
+
+// Many rows at once.
+//
+// Nearly all rows of nearly all files are plain: a line each, with as many values as the header says. Lines can be told
+// apart without reading them, so pieces of the file are read by all threads. A row that is not plain ends the run and is
+// read value by value: it may be right all the same, and if not, its message is made there.
+
+/// A piece that one thread reads, in bytes.
+const PIECE_BYTES: usize = 64 << 10;
+
+/// Pieces that are read together at most.
+const MOST_PIECES: usize = 64;
+
+/// The values of one line.
+struct Line<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+/// What one thread has read: rows, and the offset behind the last of them.
+struct Run<T> {
+    rows: Vec<T>,
+    end: usize,
+}
+
+impl Line<'_> {
+    #[inline]
+    fn skip_blanks(&mut self) {
+        while self.bytes.get(self.at).is_some_and(|&b| is_blank(b) && !is_line_end(b)) {
+            self.at += 1;
+        }
+    }
+
+    /// The next number on the line.
+    #[inline]
+    fn number(&mut self) -> Option<f64> {
+        self.skip_blanks();
+        let (value, end) = parse_f64(self.bytes, self.at)?;
+        self.at = end;
+        Some(value)
+    }
+
+    /// The next number, if it is written as a whole number that is not negative.
+    #[inline]
+    fn whole(&mut self) -> Option<u64> {
+        self.skip_blanks();
+        let (value, end) = parse_i64(self.bytes, self.at)?;
+        self.at = end;
+        self.bytes.get(end).is_none_or(|&b| is_blank(b)).then_some(value.try_into().ok()?)
+    }
+
+    /// The offset behind the line, if nothing is left on it.
+    #[inline]
+    fn end(&mut self) -> Option<usize> {
+        self.skip_blanks();
+        match self.bytes.get(self.at..)? {
+            [] => Some(self.at),
+            [b'\n', ..] => Some(self.at + 1),
+            [b'\r', b'\n', ..] => Some(self.at + 2),
+            _ => None,
+        }
+    }
+}
+
+/// Reads plain rows from `start` on, until `end`, which is the start of a line or the end of the file, or until a row is
+/// not plain.
+fn read_run<T>(bytes: &[u8], start: usize, end: usize, parse: impl Fn(&mut Line) -> Option<T>) -> Run<T> {
+    let bytes = &bytes[..end];
+    let mut run = Run { rows: Vec::new(), end: start };
+    while run.end < end {
+        let mut line = Line { bytes, at: run.end };
+        let Some(row) = parse(&mut line) else { break };
+        let Some(end) = line.end() else { break };
+        run.rows.push(row);
+        run.end = end;
+    }
+    run
+}
+
+impl Ascii<'_> {
+    /// Reads plain rows, at most `n_rows`, hands them over in order and returns how many there were.
+    fn bulk<T: Send>(
+        &mut self,
+        n_rows: usize,
+        parse: impl Fn(&mut Line) -> Option<T> + Sync,
+        mut take: impl FnMut(&[T]),
+    ) -> usize {
+        // Where most rows are not plain, as in a mesh of quads, finding that out must cost nothing.
+        let mut line = Line { bytes: self.bytes, at: self.at };
+        if n_rows == 0 || parse(&mut line).and_then(|_| line.end()).is_none() {
+            return 0;
+        }
+        let mut n_done = 0;
+        // Twice as much each time, so that what is read in vain, behind a row that is not plain, is less than what was
+        // of use.
+        let mut n_pieces = 1;
+        while n_done < n_rows {
+            let places: Vec<usize> =
+                (0..=n_pieces).map(|piece| self.line_start(self.at + piece * PIECE_BYTES)).collect();
+            let read = |place: &[usize]| read_run(self.bytes, place[0], place[1], &parse);
+            let runs: Vec<Run<T>> = match n_pieces {
+                1 => places.windows(2).map(read).collect(),
+                _ => places.par_windows(2).map(read).collect(),
+            };
+            for (run, place) in runs.iter().zip(places.windows(2)) {
+                let rows = &run.rows[..run.rows.len().min(n_rows - n_done)];
+                take(rows);
+                n_done += rows.len();
+                if rows.len() < run.rows.len() {
+                    // The rows of the next element were plain too: each row was a line.
+                    self.at = line_ends(self.bytes, place[0]).nth(rows.len() - 1).unwrap_or(self.bytes.len());
+                    return n_done;
+                }
+                self.at = run.end;
+                if run.end < place[1] || n_done == n_rows {
+                    return n_done;
+                }
+            }
+            if self.at >= self.bytes.len() {
+                break;
+            }
+            n_pieces = (2 * n_pieces).min(MOST_PIECES);
+        }
+        n_done
+    }
+
+    /// The first start of a line at or behind an offset: where reading goes on, or behind a line feed; else the end of the
+    /// file.
+    fn line_start(&self, at: usize) -> usize {
+        if at <= self.at {
+            return self.at;
+        }
+        line_ends(self.bytes, at - 1).next().unwrap_or(self.bytes.len())
+    }
+}
+
+/// The offsets behind all line feeds from an offset on.
+fn line_ends(bytes: &[u8], from: usize) -> impl Iterator<Item = usize> {
+    let from = from.min(bytes.len());
+    bytes[from..].iter().enumerate().filter(|&(_, &b)| b == b'\n').map(move |(index, _)| from + index + 1)
 }
 
 impl Values for Ascii<'_> {
@@ -133,6 +278,40 @@ impl Values for Ascii<'_> {
     /// A digit and a blank for each value, the last blank left out at the end of the file.
     fn least_row_bytes(element: &Element) -> usize {
         (2 * element.properties.len()).saturating_sub(1)
+    }
+
+    /// Rows of scalars alone, three of which are kept.
+    fn bulk_vertices(&mut self, element: &Element, xyz: [usize; 3], positions: &mut Vec<Vec3>) -> Outcome<usize> {
+        let n_values = element.properties.len();
+        if element.properties.iter().any(|property| property.count_kind.is_some()) {
+            return Ok(0);
+        }
+        let parse = |line: &mut Line| {
+            let mut position = [0.0; 3];
+            for place in 0..n_values {
+                let value = line.number()?;
+                if let Some(axis) = xyz.iter().position(|&wanted| wanted == place) {
+                    position[axis] = value as f32;
+                }
+            }
+            Some(Vec3::from_array(position))
+        };
+        Ok(self.bulk(element.count, parse, |rows| positions.extend_from_slice(rows)))
+    }
+
+    /// The common layout: nothing but the list.
+    fn bulk_triangles(&mut self, face: &FaceRow, n_rows: usize, n_vertices: usize, faces: &mut Faces) -> usize {
+        if !matches!(face.steps.as_slice(), [Step::Indices { .. }]) {
+            return 0;
+        }
+        let parse = |line: &mut Line| {
+            let n_corners = line.whole()?;
+            let corners = [line.whole()?, line.whole()?, line.whole()?];
+            let fits = n_corners == 3 && corners.iter().all(|&corner| corner < n_vertices as u64);
+            // They fit: there are fewer than 2³¹ vertices.
+            fits.then(|| corners.map(|corner| corner as u32))
+        };
+        self.bulk(n_rows, parse, |rows| rows.iter().for_each(|&corners| faces.push_triangle(corners)))
     }
 
     fn finish(self, findings: &mut Vec<Finding>) {

@@ -329,3 +329,49 @@ fn a_first_data_byte_of_ten_behind_lone_returns_is_data() {
     let bytes = [header.as_bytes(), &[10, 11, 12]].concat();
     assert_eq!(read(&bytes).0, [Vec3::new(10., 11., 12.)]);
 }
+
+#[test]
+fn rows_that_are_not_plain_are_read_among_thousands_that_are() {
+    const N: usize = 30_000;
+    let oddities = ["\n", "  ", "\r\n", "+", "1 2\r\n"];
+    let mut expected_triangles = Vec::new();
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {N}\nproperty float x\nproperty uchar red\nproperty float y\nproperty float z\n\
+         element face {N}\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    let mut surplus = 0;
+    for row in 0..N {
+        let (x, y) = (row as f32 * 0.25, 1.0 / (row as f32 + 1.0));
+        // Now and then an empty line, blanks in front, another line end, a plus, more values than declared.
+        let oddity = if row % 3001 == 17 { oddities[row / 3001 % 5] } else { "" };
+        let (before, after) = if oddity.ends_with("\r\n") { ("", oddity) } else { (oddity, "\n") };
+        surplus += usize::from(oddity == "1 2\r\n");
+        text += &format!("{before}{x} 255 {y} -{row}{}{after}", if oddity == "1 2\r\n" { " " } else { "" });
+    }
+    for row in 0..N {
+        let [a, b, c] = [row, (row * 7 + 1) % N, (row * 31 + 2) % N];
+        match row % 5003 {
+            // A list over two lines, as some writers break it.
+            11 => text += &format!("3 {a}\n{b} {c}\n"),
+            12 => text += &format!(" 3.0 {a}.0 {b} {c} \n"),
+            13 => text += &format!("2 {a} {b}\n"),
+            _ => text += &format!("3 {a} {b} {c}\n"),
+        }
+        if row % 5003 != 13 {
+            expected_triangles.push([a, b, c].map(|corner| corner as u32));
+        }
+    }
+    let (positions, triangles, warnings) = read(text.as_bytes());
+    assert_eq!(positions.len(), N);
+    for (row, position) in positions.iter().enumerate() {
+        assert_eq!(*position, Vec3::new(row as f32 * 0.25, 1.0 / (row as f32 + 1.0), -(row as f32)), "{row}");
+    }
+    assert!(triangles == expected_triangles);
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(surplus > 0 && warnings[0].starts_with(&format!("{surplus} lines have more values")), "{warnings:?}");
+
+    // A mistake in the midst is found where it is.
+    let wrong = text.replacen("\n3 25000 ", "\n3 25000x ", 1);
+    let finding = refused(wrong.as_bytes());
+    assert_eq!((finding.what.as_str(), finding.key.as_deref()), ("this is not a number", Some("face[25000]")));
+}

@@ -1,0 +1,141 @@
+#!/bin/sh
+# Instructions per pixel with each feature absent and present, counted by valgrind's callgrind.
+#
+#     benches/instructions.sh            builds what it needs, prints the table of docs/BENCHMARKS.md
+#
+# Two sizes of the same picture are rendered on one thread, as PFM, which costs nothing to encode: the difference between
+# their counts is what pixels cost, without start-up, loading and building. The first two rows render a scene without any
+# feature twice: with the program as it is, and with a build of it (`--features bare`) out of which the features are
+# compiled. What they differ by is what all features together cost a scene that lacks them; it must stay below 0.5 %.
+# Counts are of instructions, not of time: they do not depend on what else the machine does.
+set -eu
+
+SMALL=48
+LARGE=144
+LIMIT_PERCENT=0.5
+
+if ! command -v valgrind >/dev/null; then
+    echo "SKIPPED: instructions are counted by valgrind, which is not installed" >&2
+    exit 0
+fi
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+target=${CARGO_TARGET_DIR:-$root/target}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# The same dependencies serve both builds; only the program's own crate is compiled twice.
+for build in bare full; do
+    features=$([ $build = bare ] && echo "--features bare" || true)
+    # shellcheck disable=SC2086
+    (cd "$root" && cargo build --release --quiet --bin flatray $features)
+    cp "$target/release/flatray" "$work/$build"
+done
+
+# A goblet of flat, matte facets on a floor of two triangles, one light. $1 stands for what the mesh adds, $2 for what the
+# scene adds, $3 for the specular weight.
+scene() {
+    cat <<TOML
+[camera]
+position = [0, 2.2, 6.5]
+look_at = [0, 0.85, 0]
+fov = 36
+width = 320
+height = 240
+
+[render]
+background = [0.25, 0.3, 0.36]
+
+[[hittable]]
+type = "mesh"
+file_path = "$root/scenes/goblet.obj"
+phong_interpolation = $1
+diffuse = [0.5, 0.6, 0.65]
+k_a = 0.15
+k_d = 0.6
+k_s = $3
+sh = 1
+
+[[hittable]]
+type = "mesh"
+vertices = [[-9, 0, -9], [9, 0, -9], [9, 0, 9], [-9, 0, 9]]
+faces = [[0, 2, 1], [0, 3, 2]]
+phong_interpolation = false
+diffuse = [0.55, 0.5, 0.5]
+k_s = $3
+
+[[light_source]]
+position = [-3, 5, 5]
+intensity = 0.9
+$2
+TOML
+}
+
+sphere='[[hittable]]
+type = "sphere"
+position = [1.6, 0.6, 0.5]
+radius = 0.6'
+bounded='[[hittable]]
+type = "quadric"
+A = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, -0.36]]
+position = [1.6, 0.6, 0.5]'
+light='[[light_source]]
+position = [4, 5, 3]
+intensity = 0.4'
+
+scene false "" 0 >"$work/none.toml"
+scene true "" 0 >"$work/smooth.toml"
+scene false "$sphere" 0 >"$work/sphere.toml"
+scene false "[[hittable]]
+type = \"quadric\"
+A = [[1, 0, 0, -1.6], [0, 1, 0, -0.6], [0, 0, 1, -0.5], [-1.6, -0.6, -0.5, 2.81]]" 0 >"$work/quadric.toml"
+scene false "[[hittable]]
+type = \"quadric\"
+A = [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0.5], [0, 0, 0.5, 3]]" 0 >"$work/plane.toml"
+scene false "" 0.3 >"$work/mirror.toml"
+scene false "$light" 0 >"$work/light.toml"
+scene false "" 0 | sed '/light_source/,$d' >"$work/dark.toml"
+
+# Instructions of a whole run.
+count() {
+    build=$1 name=$2 size=$3 samples=$4
+    valgrind --tool=callgrind --callgrind-out-file=/dev/null "$work/$build" render "$work/$name.toml" --width "$size" \
+        --height "$size" --samples "$samples" --max-depth 5 --threads 1 --quiet --output "$work/$build-$name.pfm" 2>&1 |
+        sed -n 's/^.*Collected *: *//p'
+}
+
+# Instructions per pixel.
+per_pixel() {
+    small=$(count "$1" "$2" $SMALL "$3")
+    large=$(count "$1" "$2" $LARGE "$3")
+    echo "$small $large" | awk -v a=$SMALL -v b=$LARGE '{ printf "%.0f", ($2 - $1) / (b * b - a * a) }'
+}
+
+echo "| scene | instructions per pixel | over none |"
+echo "|---|---|---|"
+none=$(per_pixel full none 1)
+row() {
+    awk -v what="$1" -v n="$2" -v none="$none" 'BEGIN { printf "| %s | %d | %+.2f %% |\n", what, n, 100 * (n - none) / none }'
+}
+bare=$(per_pixel bare none 1)
+row "no feature, all compiled out" "$bare"
+row "no feature" "$none"
+row "no light" "$(per_pixel full dark 1)"
+row "a second light" "$(per_pixel full light 1)"
+row "smooth normals" "$(per_pixel full smooth 1)"
+row "reflection, 0.3, depth 5" "$(per_pixel full mirror 1)"
+row "a sphere" "$(per_pixel full sphere 1)"
+row "a bounded quadric" "$(per_pixel full quadric 1)"
+row "an unbounded quadric" "$(per_pixel full plane 1)"
+row "4 samples" "$(per_pixel full none 4)"
+
+cmp -s "$work/bare-none.pfm" "$work/full-none.pfm" || {
+    # The last image of the full build is that of 4 samples.
+    count full none $LARGE 1 >/dev/null
+    cmp "$work/bare-none.pfm" "$work/full-none.pfm"
+}
+echo "$bare $none" | awk -v limit=$LIMIT_PERCENT '{
+    cost = 100 * ($2 - $1) / $1
+    printf "\nWhat is absent costs %.2f %% of the instructions (limit %.1f %%).\n", cost, limit
+    exit cost >= limit
+}'
