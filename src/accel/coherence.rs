@@ -47,8 +47,7 @@ pub struct Packet {
 /// The packet of sixteen rays; `None` when they are not coherent, or any of them is not an ordinary one.
 #[inline(always)]
 pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
-    let common = common(simd, rays)?;
-    let [lo, hi] = common.directions;
+    let [lo, hi] = common(simd, rays)?;
 
     // Octant. Zeros run upwards, with either sign.
     let zero = simd.splat64(0.0);
@@ -87,14 +86,14 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
     Some(Packet { slab, shear, dx, dy, reciprocal, slack: depth_slack(residual), t_min, t_max })
 }
 
-struct Common<F> {
-    /// Smallest and largest components of the directions.
-    directions: [F; 2],
-}
-
-/// Checks what takes no division: one origin, all numbers tame, intervals that are not empty.
+/// Checks what takes no division: one origin, all numbers tame, intervals that are not empty. Then the smallest and
+/// largest components of the directions.
 #[inline(always)]
-fn common<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Common<S::F64>> {
+fn common<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<[S::F64; 2]> {
+    // Most rays that are no packet are found out by the first and the last.
+    if rays[0].origin != rays[N_RAYS - 1].origin {
+        return None;
+    }
     let origin = lanes(simd, rays[0].origin);
     let zero = simd.splat64(0.0);
     let (mut lowest, mut hi) = (simd.splat64(f64::NEG_INFINITY), simd.splat64(f64::NEG_INFINITY));
@@ -109,7 +108,7 @@ fn common<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Common<S::F64>> {
         sound &= ray.t_min >= 0.0 && ray.t_min < ray.t_max;
     }
     let sound = sound && (same & tame(simd, origin)).bits() == 0b1111;
-    sound.then_some(Common { directions: [-lowest, hi] })
+    sound.then_some([-lowest, hi])
 }
 
 /// Lanes that are tame in the sense of [`is_tame`](crate::numeric::double::is_tame).

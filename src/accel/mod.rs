@@ -27,7 +27,7 @@ use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use packet::PacketQuery;
-use query::{Any, Asked, Closest, Todo};
+use query::{Any, Asked, Closest, Query, Todo};
 use wide::WideTree;
 
 /// How to find hits.
@@ -199,14 +199,18 @@ impl Accel {
 
     /// What [`Accel::closest_hit`] visits, ray by ray.
     pub fn visits_of_closest_hit(&self, world: &World, rays: &[Ray]) -> Visits {
-        let _ = (world, rays, self.mode);
-        Visits::default()
+        let mut visits = Visits::default();
+        let asked = Asked::<Closest>::new(self, world, rays, &mut vec![Hit::MISS; rays.len()]);
+        self.isa.dispatch(Counted { asked, visits: &mut visits });
+        visits
     }
 
     /// What [`Accel::occluded`] visits, ray by ray.
     pub fn visits_of_occluded(&self, world: &World, rays: &[Ray]) -> Visits {
-        let _ = (world, rays);
-        Visits::default()
+        let mut visits = Visits::default();
+        let asked = Asked::<Any>::new(self, world, rays, &mut vec![false; rays.len()]);
+        self.isa.dispatch(Counted { asked, visits: &mut visits });
+        visits
     }
 
     /// Figures of the structure.
@@ -241,10 +245,24 @@ impl<Q: PacketQuery> Batch for Asked<'_, Q> {
             _ => self.plan(all),
         }
         if self.accel.mode == Mode::Single || !stream::can_run(&self.accel.tree) {
-            single::run(simd, &mut self);
+            let _visits = single::run(simd, &mut self);
         } else {
             stream::run(simd, &mut self);
         }
         self.describe(simd);
+    }
+}
+
+/// A batch that is walked ray by ray to see what it visits.
+struct Counted<'a, Q: Query> {
+    asked: Asked<'a, Q>,
+    visits: &'a mut Visits,
+}
+
+impl<Q: Query> Batch for Counted<'_, Q> {
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) {
+        self.asked.plan(Todo::Run(0..self.asked.rays.len()));
+        *self.visits = single::run(simd, &mut self.asked);
     }
 }

@@ -1,5 +1,6 @@
 //! One ray through the wide tree, nearest boxes first.
 
+use super::Visits;
 use super::order::{Item, ORDER};
 use super::query::{Asked, Query};
 use super::slab::SlabRay;
@@ -17,6 +18,8 @@ pub struct Stack {
     pub tested: Mailboxes,
     /// Counts rays, from 1.
     pub ray: u64,
+    /// What has been visited.
+    pub visits: Visits,
 }
 
 /// Of leaves that stand in several nodes, which ray tested them last, with the leaf: a direct-mapped cache, for a leaf that
@@ -29,9 +32,9 @@ pub struct Mailboxes {
 /// Shared leaves that a ray remembers.
 const N_REMEMBERED: usize = 1 << 14;
 
-/// Walks all rays of a batch, one after another.
+/// Walks all rays of a batch, one after another; what they visited.
 #[inline(always)]
-pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
+pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) -> Visits {
     let (accel, world) = (asked.accel, asked.world);
     let mut stack = Stack::new(&accel.tree);
     let mut walk = Walk::nowhere(simd);
@@ -39,6 +42,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
         let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
         asked.end(&walk, is_over, ray_idx);
     }
+    stack.visits
 }
 
 /// Walks the tree from the root until the query is over or nothing is left; whether it is over.
@@ -53,8 +57,11 @@ fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &m
         let tag = item.tag();
         if tag.n_prims() == 0 {
             stack.push_children(simd, tree, &walk.slab, walk.t_max, item.child());
-        } else if !stack.tested.has(item, stack.ray) && Q::leaf(simd, tree, world, walk, item.child(), tag) {
-            return true;
+        } else if !stack.tested.has(item, stack.ray) {
+            stack.visits.leaves += 1;
+            if Q::leaf(simd, tree, world, walk, item.child(), tag) {
+                return true;
+            }
         }
         let Some(next) = stack.pop(walk.limit) else { return false };
         item = next;
@@ -64,7 +71,13 @@ fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &m
 impl Stack {
     /// A stack for the rays of one batch.
     pub fn new(tree: &WideTree) -> Stack {
-        Stack { items: vec![0; tree.stack_size()], n_items: 0, tested: Mailboxes::new(tree), ray: 0 }
+        Stack {
+            items: vec![0; tree.stack_size()],
+            n_items: 0,
+            tested: Mailboxes::new(tree),
+            ray: 0,
+            visits: Visits::default(),
+        }
     }
 
     /// Starts a ray.
@@ -77,6 +90,7 @@ impl Stack {
     /// Pushes the children that the ray may meet, the nearest last.
     #[inline(always)]
     pub fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree, slab: &SlabRay, t_max: f32, node: u32) {
+        self.visits.nodes += 1;
         let node = &tree.nodes[node as usize];
         let (t_near, mask) = slab.hits(simd, &node.slabs, t_max);
         let order = &ORDER[slab.octant as usize % WIDTH][mask as usize % 256];

@@ -135,6 +135,8 @@ pub enum IsaArg {
     Baseline,
     /// AVX2 and FMA
     Avx2,
+    /// The same lanes with AVX-512's encodings.
+    Avx512,
 }
 
 /// `--mode`
@@ -218,10 +220,11 @@ fn settings(args: &Args) -> Result<Settings, Failure> {
         threads => distinct(threads.iter().map(|&n| n as usize)),
     };
     let isas = match args.isa.as_slice() {
-        [] => [Isa::Avx2, Isa::Baseline].into_iter().filter(|isa| isa.is_available()).collect(),
+        [] => [Isa::Avx512, Isa::Avx2, Isa::Baseline].into_iter().filter(|isa| isa.is_available()).collect(),
         isas => distinct(isas.iter().map(|isa| match isa {
             IsaArg::Baseline => Isa::Baseline,
             IsaArg::Avx2 => Isa::Avx2,
+            IsaArg::Avx512 => Isa::Avx512,
         })),
     };
     if let Some(missing) = isas.iter().find(|isa| !isa.is_available()) {

@@ -1,5 +1,6 @@
 //! From a compiled world to a film: samples, camera rays, tiles, shading. Reads no file and no clock, prints nothing.
 
+mod block;
 mod camera_ray;
 mod sampler;
 mod shade;

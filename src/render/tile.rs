@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use super::block::block_order;
 use super::camera_ray::CameraRays;
 use super::sampler::Pattern;
 use super::trace::{Scene, Wavefront};
@@ -133,8 +134,8 @@ fn tile_region(settings: &Settings, tile: u64) -> Region {
     Region { x0, y0, x1: region.x1.min(x0.saturating_add(size)), y1: region.y1.min(y0.saturating_add(size)) }
 }
 
-/// Renders the pixels of a tile, row after row: R, G, B and coverage. A stop is noticed between batches; a pixel of many
-/// samples takes several, and each of its sums still runs over its samples in order.
+/// Renders the pixels of a tile, block after block: R, G, B and coverage. A stop is noticed between batches; a pixel of
+/// many samples takes several, and each of its sums still runs over its samples in order.
 fn render_tile(
     job: &Job,
     region: &Region,
@@ -145,36 +146,39 @@ fn render_tile(
     let width = region.width_px() as usize;
     pixels.clear();
     pixels.resize(region.n_pixels(), [0.0; 4]);
+    let order = block_order(width, region.height_px() as usize, n_samples);
     let mut first = (0, 0);
-    while first.0 < pixels.len() {
+    while first.0 < order.len() {
         if job.control.stop.load(Ordering::Relaxed) {
             return Err(Stopped);
         }
         // Each batch goes on where the last one ended.
         let rays = wavefront.begin();
-        let (mut index, mut sample) = first;
-        let (mut x, mut y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
-        while index < pixels.len() && rays.len() < BATCH_RAYS {
-            let (dx, dy) = job.pattern.position(x, y, sample);
-            rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
-            sample += 1;
+        let (mut place, mut sample) = first;
+        while place < order.len() && rays.len() < BATCH_RAYS {
+            let index = order[place] as usize;
+            let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
+            while sample < n_samples && rays.len() < BATCH_RAYS {
+                let (dx, dy) = job.pattern.position(x, y, sample);
+                rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
+                sample += 1;
+            }
             if sample == n_samples {
-                (index, sample) = (index + 1, 0);
-                (x, y) = if x + 1 == region.x1 { (region.x0, y + 1) } else { (x + 1, y) };
+                (place, sample) = (place + 1, 0);
             }
         }
-        let next = (index, sample);
+        let next = (place, sample);
         let level = wavefront.trace(&job.scene);
-        (index, sample) = first;
+        (place, sample) = first;
         for (radiance, hit) in level.radiance.iter().zip(&level.hits) {
-            let [r, g, b, n_hits] = &mut pixels[index];
+            let [r, g, b, n_hits] = &mut pixels[order[place] as usize];
             *r += radiance.x;
             *g += radiance.y;
             *b += radiance.z;
             *n_hits += f64::from(u8::from(hit.is_some()));
             sample += 1;
             if sample == n_samples {
-                (index, sample) = (index + 1, 0);
+                (place, sample) = (place + 1, 0);
             }
         }
         first = next;

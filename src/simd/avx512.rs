@@ -48,13 +48,7 @@ impl Simd for Avx512 {
         self.0.load(from)
     }
     #[inline(always)]
-    fn load_columns<const N: usize>(
-        self,
-        from: &[f32],
-        base: usize,
-        stride: usize,
-        columns: &[u32; N],
-    ) -> [F32x8; N] {
+    fn load_columns<const N: usize>(self, from: &[f32], base: usize, stride: usize, columns: &[u32; N]) -> [F32x8; N] {
         self.0.load_columns(from, base, stride, columns)
     }
     #[inline(always)]
