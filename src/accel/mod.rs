@@ -200,7 +200,8 @@ impl Accel {
     /// What [`Accel::closest_hit`] visits, ray by ray.
     pub fn visits_of_closest_hit(&self, world: &World, rays: &[Ray]) -> Visits {
         let mut visits = Visits::default();
-        let asked = Asked::<Closest>::new(self, world, rays, &mut vec![Hit::MISS; rays.len()]);
+        let mut hits = vec![Hit::MISS; rays.len()];
+        let asked = Asked::<Closest>::new(self, world, rays, &mut hits);
         self.isa.dispatch(Counted { asked, visits: &mut visits });
         visits
     }
@@ -208,7 +209,8 @@ impl Accel {
     /// What [`Accel::occluded`] visits, ray by ray.
     pub fn visits_of_occluded(&self, world: &World, rays: &[Ray]) -> Visits {
         let mut visits = Visits::default();
-        let asked = Asked::<Any>::new(self, world, rays, &mut vec![false; rays.len()]);
+        let mut occluded = vec![false; rays.len()];
+        let asked = Asked::<Any>::new(self, world, rays, &mut occluded);
         self.isa.dispatch(Counted { asked, visits: &mut visits });
         visits
     }
