@@ -2,7 +2,6 @@
 //! they are the same for any order of work and for any crop.
 
 use super::{Sampler, Settings};
-use crate::BARE;
 
 /// Sample positions for all pixels of a render.
 #[derive(Clone, Debug)]
@@ -31,7 +30,7 @@ impl Pattern {
 
     /// Samples per pixel.
     pub fn n_samples(&self) -> usize {
-        if BARE { 1 } else { self.cells.len() }
+        self.cells.len()
     }
 
     /// Position of a sample within its pixel, in [0, 1)² from the top left corner.

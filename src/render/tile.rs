@@ -9,6 +9,7 @@ use super::camera_ray::CameraRays;
 use super::sampler::Pattern;
 use super::trace::{Scene, Wavefront};
 use super::{Control, RayCounts, Settings, Stopped, n_tiles};
+use crate::BARE;
 use crate::film::rows::{BAND_ROWS, Rows, RowsMut};
 use crate::film::{Film, Region};
 use crate::numeric::tally::take_exact_tests;
@@ -98,9 +99,11 @@ fn work<'a, 'film: 'a>(
     let mut pixels = Vec::new();
     take_exact_tests();
     let (mut rays_before, mut n_finished) = (0, 0);
+    // A frame of one sample a pixel does not count them.
+    let render = if BARE || job.pattern.n_samples() == 1 { render_tile::<true> } else { render_tile::<false> };
     while let Some((tile, strip)) = take() {
         let region = tile_region(job.settings, tile);
-        if render_tile(job, &region, &mut wavefront, &mut pixels).is_err() {
+        if render(job, &region, &mut wavefront, &mut pixels).is_err() {
             break;
         }
         // Nobody else wants a strip whose last tile is there: what is done with it holds up no one.
@@ -136,13 +139,13 @@ fn tile_region(settings: &Settings, tile: u64) -> Region {
 
 /// Renders the pixels of a tile, block after block: R, G, B and coverage. A stop is noticed between batches; a pixel of
 /// many samples takes several, and each of its sums still runs over its samples in order.
-fn render_tile(
+fn render_tile<const ONE_SAMPLE: bool>(
     job: &Job,
     region: &Region,
     wavefront: &mut Wavefront,
     pixels: &mut Vec<[f64; 4]>,
 ) -> Result<(), Stopped> {
-    let n_samples = job.pattern.n_samples();
+    let n_samples = if ONE_SAMPLE { 1 } else { job.pattern.n_samples() };
     let width = region.width_px() as usize;
     pixels.clear();
     pixels.resize(region.n_pixels(), [0.0; 4]);

@@ -78,6 +78,7 @@ impl PrimRef {
     }
 
     /// The material.
+    #[inline]
     pub fn material(self, world: &World) -> MaterialId {
         match self.kind() {
             PrimKind::Sphere => world.spheres.materials[self.row()],

@@ -126,6 +126,7 @@ impl Meshes {
     }
 
     /// The mesh that a triangle belongs to: the last that begins at or before it, so that empty meshes own nothing.
+    #[inline]
     pub fn of_triangle(&self, row: usize) -> MeshId {
         MeshId(self.first_triangle.partition_point(|&first| first as usize <= row) as u32 - 1)
     }
