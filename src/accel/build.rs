@@ -12,6 +12,7 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
+use super::Preset;
 use super::duplicate::{Groups, Item};
 use crate::world::Bounds;
 
@@ -37,15 +38,32 @@ pub struct BinaryNode {
     pub n_items: u32,
 }
 
-/// Share of nodes that reinsertion tries to place better; obvhs calls this its medium preset.
-const REINSERTION_RATIO: f32 = 0.05;
+/// What obvhs is to spend.
+struct Effort {
+    /// How far it looks for a partner.
+    search: PlocSearchDistance,
+    /// Passes that look at direct neighbours only; there are the most nodes then, and the most pairs agree.
+    n_quick_passes: usize,
+    /// Share of nodes that reinsertion tries to place better, in the first of its passes.
+    reinsertion: f32,
+}
+
+impl Effort {
+    fn of(preset: Preset) -> Effort {
+        match preset {
+            Preset::Fast => Effort { search: PlocSearchDistance::Low, n_quick_passes: 3, reinsertion: 0.0 },
+            Preset::Medium => Effort { search: PlocSearchDistance::Medium, n_quick_passes: 3, reinsertion: 0.05 },
+            Preset::High => Effort { search: PlocSearchDistance::High, n_quick_passes: 1, reinsertion: 1.0 },
+        }
+    }
+}
 
 /// Builds the tree over boxes.
-pub fn build(groups: &Groups) -> BinaryTree {
+pub fn build(groups: &Groups, preset: Preset) -> BinaryTree {
     if groups.boxes.is_empty() {
         return BinaryTree::default();
     }
-    let bvh = build_bvh2(&groups.boxes);
+    let bvh = build_bvh2(&groups.boxes, Effort::of(preset));
 
     // Walk the tree depth first: children behind parents, items in the order of leaves.
     let mut tree =
@@ -79,19 +97,19 @@ pub fn build(groups: &Groups) -> BinaryTree {
     tree
 }
 
-fn build_bvh2(boxes: &[Bounds]) -> Bvh2 {
+fn build_bvh2(boxes: &[Bounds], effort: Effort) -> Bvh2 {
     let scale = scale_of(boxes);
     let scaled = |b: &Bounds| Aabb { min: scale * Vec3A::from(b.lo), max: scale * Vec3A::from(b.hi) };
     let aabbs: Vec<Aabb> = boxes.par_iter().map(scaled).collect();
     let indices = (0..boxes.len() as u32).collect();
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Medium,
+        effort.search,
         &aabbs,
         indices,
         SortPrecision::U64,
-        3,
+        effort.n_quick_passes,
     );
-    ReinsertionOptimizer::default().run(&mut bvh, REINSERTION_RATIO, None);
+    ReinsertionOptimizer::default().run(&mut bvh, effort.reinsertion, None);
     bvh
 }
 

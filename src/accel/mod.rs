@@ -43,6 +43,20 @@ pub enum Preset {
     High,
 }
 
+impl Preset {
+    /// All of them, the quickest build first.
+    pub const ALL: [Preset; 3] = [Preset::Fast, Preset::Medium, Preset::High];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Preset::Fast => "fast",
+            Preset::Medium => "medium",
+            Preset::High => "high",
+        }
+    }
+}
+
 /// How a batch of rays walks the tree. Answers are the same for every mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
@@ -103,7 +117,6 @@ impl Accel {
 
     /// Builds the structure with a preset; the full scan has nothing to build.
     pub fn build_with(world: &World, kind: AccelKind, preset: Preset) -> Accel {
-        let _ = preset;
         if kind == AccelKind::Linear {
             return Accel {
                 kind,
@@ -133,7 +146,7 @@ impl Accel {
         prims.extend(prim::all(world).skip(world.spheres.len() + world.quadrics.len()));
         boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
         let groups = duplicate::group_by_box(world, prims, boxes);
-        let tree = collapse::collapse(world, &groups, &build::build(&groups));
+        let tree = collapse::collapse(world, &groups, &build::build(&groups, preset));
         Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree, unbounded }
     }
 
