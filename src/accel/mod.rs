@@ -3,14 +3,21 @@
 //!
 //! Both answer the same, bit for bit: the closest hit is the smallest `t`, at equal `t` the lowest id.
 
+mod area;
+mod binary;
 mod build;
+mod cluster;
 mod collapse;
+mod cost;
 mod duplicate;
+mod join;
 mod linear;
 mod list;
+mod morton;
 mod single;
 mod slab;
 mod sliver;
+mod slot;
 mod wide;
 
 use rayon::prelude::*;
@@ -100,7 +107,7 @@ pub struct AccelStats {
     pub n_leaves: usize,
     /// Levels on the longest path, the root being 1.
     pub depth: usize,
-    /// Expected cost of a random ray through the root box: node visits plus primitive tests, each counted 1.
+    /// Expected cost of a random ray through the root box that nothing stops: nodes and leaves visited, each counted 1.
     pub sah_cost: f64,
     /// Primitives outside of the tree, tested against every ray.
     pub n_unbounded: usize,
@@ -145,8 +152,10 @@ impl Accel {
         }
         prims.extend(prim::all(world).skip(world.spheres.len() + world.quadrics.len()));
         boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
-        let groups = duplicate::group_by_box(world, prims, boxes);
-        let tree = collapse::collapse(world, &groups, &build::build(&groups, preset));
+        let mut groups = duplicate::group(world, &prims, &boxes, build::max_growth(preset));
+        drop((prims, boxes));
+        let binary = build::build(&mut groups, preset);
+        let tree = collapse::collapse(world, &groups, binary);
         Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree, unbounded }
     }
 
