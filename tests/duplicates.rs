@@ -1,6 +1,6 @@
 //! Input that chains naive builders: identical triangles, and different ones that share one box.
 
-use flatray::accel::{Accel, AccelKind};
+use flatray::accel::{Accel, AccelKind, Preset};
 use flatray::measure::generate::hash_unit;
 use flatray::world::{Hit, MaterialId, ObjectId, PrimKind, PrimRef, Ray, World};
 use glam::{DVec3, Vec3};
@@ -105,4 +105,52 @@ fn copies_of_spheres_and_quadrics_stay_and_the_lowest_id_wins() {
     world.add_mesh(input).unwrap();
     let accel = Accel::build(&world, AccelKind::Bvh);
     assert_equals_full_scan(&world, &accel, &rays(500));
+}
+
+/// Triangles that overlap in planes across the axes, each of them three times, in one of several orders.
+fn overlaps(order: u64) -> World {
+    let n = 600;
+    // Strides without a common divisor with 600 visit every triangle once.
+    let stride = [1, 7, 599][order as usize];
+    let corners = |i: u64| {
+        let i = i * stride % n / 3;
+        [0, 1, 2].map(|corner| {
+            let unit = |k: u64| (16.0 * hash_unit(64 * i + 8 * corner + k)).floor() as f32 / 4.0;
+            let mut p = Vec3::new(unit(0), unit(1), unit(2));
+            p[(i % 3) as usize] = (i % 4) as f32;
+            p
+        })
+    };
+    let positions: Vec<Vec3> = (0..n).flat_map(corners).collect();
+    let triangles = (0..n as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    World::from_triangles(positions, triangles).unwrap()
+}
+
+#[test]
+fn overlaps_have_one_answer_for_every_preset_order_and_number_of_threads() {
+    let rays: Vec<Ray> = (0..300)
+        .map(|i| {
+            let unit = |k: u64| hash_unit(8 * i + k);
+            let origin = DVec3::new(12.0 * unit(0) - 4.0, 12.0 * unit(1) - 4.0, 12.0 * unit(2) - 4.0);
+            Ray::new(origin, 4.0 * DVec3::new(unit(3), unit(4), unit(5)) - origin)
+        })
+        .collect();
+    let mut t_in_every_order = Vec::new();
+    for order in 0..3 {
+        let world = overlaps(order);
+        let mut hits_of_every_build = Vec::new();
+        for preset in Preset::ALL {
+            for threads in [1, 3] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let accel = pool.install(|| Accel::build_with(&world, AccelKind::Bvh, preset));
+                assert_equals_full_scan(&world, &accel, &rays);
+                let mut hits = vec![Hit::MISS; rays.len()];
+                accel.closest_hit(&world, &rays, &mut hits);
+                hits_of_every_build.push(hits);
+            }
+        }
+        assert!(hits_of_every_build.windows(2).all(|pair| pair[0] == pair[1]), "order {order}");
+        t_in_every_order.push(hits_of_every_build[0].iter().map(|hit| hit.t.to_bits()).collect::<Vec<_>>());
+    }
+    assert!(t_in_every_order.windows(2).all(|pair| pair[0] == pair[1]));
 }

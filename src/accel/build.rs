@@ -1,9 +1,10 @@
 //! The binary tree, built by obvhs (this is its only importer): PLOC (Meister and Bittner 2018) with reinsertion
 //! (Meister and Bittner 2018, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization").
 //!
-//! obvhs pairs neighbours, and among boxes that are all the same a pairing pass finds one pair: a thousand copies give
-//! a chain a thousand deep, and a hundred thousand do not finish. So each distinct box is handed over once, with what
-//! shares it in a list ([`super::duplicate`]).
+//! obvhs sees clusters of neighbours instead of primitives ([`super::cluster`]), which takes a fraction of the time and
+//! of the memory. It pairs neighbours, and among boxes that are all the same a pairing pass finds one pair: a thousand
+//! copies give a chain a thousand deep, and a hundred thousand do not finish. So each distinct box is handed over once
+//! ([`super::duplicate`]). It says only which boxes belong together: those of the tree are our own.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
@@ -12,108 +13,128 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
-use super::duplicate::{Groups, Item};
-use crate::world::Bounds;
+use super::Preset;
+use super::area::Scale;
+use super::binary::{BinaryTree, Source, piece_roots};
+use super::duplicate::{Cluster, Groups};
 
-/// A binary tree over runs of primitives. Children stand behind their parents.
-#[derive(Clone, Debug, Default)]
-pub struct BinaryTree {
-    /// Nodes; the root is the first.
-    pub nodes: Vec<BinaryNode>,
-    /// What lies in the leaves, in their order: each subtree is one run.
-    pub order: Vec<Item>,
+/// What obvhs is to spend.
+struct Effort {
+    /// How far a pairing pass looks for a partner.
+    search: PlocSearchDistance,
+    /// Shares of nodes that reinsertion tries to place better, the largest nodes first, pass by pass.
+    reinsertion: &'static [f32],
 }
 
-/// A node of a [`BinaryTree`].
-#[derive(Clone, Copy, Debug)]
-pub struct BinaryNode {
-    /// The box.
-    pub bounds: Bounds,
-    /// Children, or `None` for a leaf.
-    pub children: Option<[u32; 2]>,
-    /// First item below, in the order.
-    pub first: u32,
-    /// Items below.
-    pub n_items: u32,
+impl Effort {
+    fn of(preset: Preset) -> Effort {
+        match preset {
+            Preset::Fast => Effort { search: PlocSearchDistance::VeryLow, reinsertion: &[] },
+            Preset::Medium => Effort { search: PlocSearchDistance::Low, reinsertion: &[0.15, 0.1, 0.075, 0.06, 0.05] },
+            Preset::High => Effort {
+                search: PlocSearchDistance::Medium,
+                reinsertion: &[0.5, 0.25, 0.17, 0.125, 0.1, 0.08, 0.07, 0.06],
+            },
+        }
+    }
 }
 
-/// Share of nodes that reinsertion tries to place better; obvhs calls this its medium preset.
-const REINSERTION_RATIO: f32 = 0.05;
+/// How much larger a cluster may be than its two parts together. A flat patch is as large as its parts, a diagonal one
+/// larger; a large triangle and a small one far from it stay apart. At less than 1 only those come together that
+/// overlap, like the two triangles of a quad.
+pub fn max_growth(preset: Preset) -> f32 {
+    match preset {
+        Preset::Fast => 1.25,
+        Preset::Medium => 1.0,
+        Preset::High => 0.8,
+    }
+}
 
-/// Builds the tree over boxes.
-pub fn build(groups: &Groups) -> BinaryTree {
-    if groups.boxes.is_empty() {
+/// Builds the tree; the groups are left without their clusters and items.
+pub fn build(groups: &mut Groups, preset: Preset) -> BinaryTree {
+    let effort = Effort::of(preset);
+    let clusters = std::mem::take(&mut groups.clusters);
+    if clusters.is_empty() {
         return BinaryTree::default();
     }
-    let bvh = build_bvh2(&groups.boxes);
-
-    // Walk the tree depth first: children behind parents, items in the order of leaves.
-    let mut tree =
-        BinaryTree { nodes: Vec::with_capacity(bvh.nodes.len()), order: Vec::with_capacity(groups.items.len()) };
-    let mut stack = vec![(0u32, None::<(u32, usize)>)];
-    while let Some((source, parent)) = stack.pop() {
-        let node = &bvh.nodes[source as usize];
-        let index = tree.nodes.len() as u32;
-        if let Some((parent, side)) = parent
-            && let Some(children) = &mut tree.nodes[parent as usize].children
-        {
-            children[side] = index;
-        }
-        let first = tree.order.len() as u32;
-        let mut bounds = groups.boxes[0];
-        let children = if node.is_leaf() {
-            let leaf = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            let members = &bvh.primitive_indices[leaf];
-            tree.order.extend(members.iter().map(|&index| groups.items[index as usize]));
-            let boxes = members.iter().map(|&index| groups.boxes[index as usize]);
-            bounds = boxes.reduce(Bounds::union).unwrap_or(bounds);
-            None
-        } else {
-            stack.push((node.first_index + 1, Some((index, 1))));
-            stack.push((node.first_index, Some((index, 0))));
-            Some([0, 0])
-        };
-        tree.nodes.push(BinaryNode { bounds, children, first, n_items: tree.order.len() as u32 - first });
+    let mut bvh = build_bvh2(&clusters, &groups.scale, &effort);
+    if !is_tangled(&Built { bvh: &bvh, clusters: &clusters }) {
+        reinsert(&mut bvh, &effort);
     }
-    tree.sum_up();
+    let tree = BinaryTree::flatten(&Built { bvh: &bvh, clusters: &clusters }, &groups.items);
+    groups.items = Vec::new();
     tree
 }
 
-fn build_bvh2(boxes: &[Bounds]) -> Bvh2 {
-    let scale = scale_of(boxes);
-    let scaled = |b: &Bounds| Aabb { min: scale * Vec3A::from(b.lo), max: scale * Vec3A::from(b.hi) };
-    let aabbs: Vec<Aabb> = boxes.par_iter().map(scaled).collect();
-    let indices = (0..boxes.len() as u32).collect();
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Medium,
-        &aabbs,
-        indices,
-        SortPrecision::U64,
-        3,
-    );
-    ReinsertionOptimizer::default().run(&mut bvh, REINSERTION_RATIO, None);
-    bvh
+fn build_bvh2(clusters: &[Cluster], scale: &Scale, effort: &Effort) -> Bvh2 {
+    let aabb = |cluster: &Cluster| {
+        let scaled = scale.scaled(&cluster.bounds);
+        Aabb { min: Vec3A::from(scaled.lo), max: Vec3A::from(scaled.hi) }
+    };
+    let aabbs: Vec<Aabb> = clusters.par_iter().map(aabb).collect();
+    let indices = (0..aabbs.len() as u32).collect();
+    let mut builder = PlocBuilder::with_capacity(aabbs.len());
+    builder.build(effort.search, &aabbs, indices, SortPrecision::U64, 0)
 }
 
-/// A power of two that brings the largest coordinate near 1. obvhs compares products of f32, which overflow in large
-/// scenes and vanish in small ones, and boxes that it cannot tell apart make a chain. It says only which boxes belong
-/// together: those of the tree are our own, unscaled.
-fn scale_of(boxes: &[Bounds]) -> f32 {
-    let largest = boxes.par_iter().map(|b| b.lo.abs().max(b.hi.abs()).max_element()).reduce(|| 0.0, f32::max);
-    let exponent = (largest.to_bits() >> 23) as i32 - 127;
-    f32::from_bits(((127 - exponent.clamp(-126, 126)) as u32) << 23)
+fn reinsert(bvh: &mut Bvh2, effort: &Effort) {
+    let mut optimizer = ReinsertionOptimizer::default();
+    for share in effort.reinsertion {
+        let candidates = largest_nodes(bvh, *share);
+        optimizer.run_with_candidates(bvh, &candidates, 1);
+    }
 }
 
-impl BinaryTree {
-    /// Boxes and items of inner nodes, from the leaves up. Depth-first order makes a node's run begin where it stands.
-    fn sum_up(&mut self) {
-        for index in (0..self.nodes.len()).rev() {
-            if let Some([left, right]) = self.nodes[index].children {
-                let (left, right) = (self.nodes[left as usize], self.nodes[right as usize]);
-                let node = &mut self.nodes[index];
-                node.bounds = left.bounds.union(right.bounds);
-                node.n_items = left.n_items + right.n_items;
-            }
+/// In a tangle a ray that meets one of so many subtrees meets more than this many of its nodes. In meshes it is about 15,
+/// whatever their size, and in a heap of beams 30.
+const TANGLED: f32 = 80.0;
+
+/// Whether most boxes overlap most others, as those of long slivers in all directions do. Reinsertion looks for a place
+/// in all that a node overlaps: there it takes time in the square of the nodes and gains nothing.
+fn is_tangled(built: &Built) -> bool {
+    let half_area = |node: u32| built.bvh.nodes[node as usize].aabb().half_area();
+    let nodes_met = |&root: &u32| {
+        let mut area = 0.0;
+        let mut stack = vec![root];
+        while let Some(node) = stack.pop() {
+            area += half_area(node);
+            stack.extend(built.children(node).into_iter().flatten());
         }
+        if half_area(root) > 0.0 { area / half_area(root) } else { 0.0 }
+    };
+    // A sample will do. It is summed in order, so that the outcome does not depend on threads.
+    let met: Vec<f32> = piece_roots(built).par_iter().step_by(4).map(nodes_met).collect();
+    met.iter().sum::<f32>() > TANGLED * met.len() as f32
+}
+
+/// The share of nodes with the largest boxes, without the root. obvhs sorts candidates in an order that depends on
+/// threads where areas are equal; this one does not.
+fn largest_nodes(bvh: &Bvh2, share: f32) -> Vec<u32> {
+    let n = (bvh.nodes.len() as f64 * f64::from(share)) as usize;
+    // Areas are not negative, so that their bits are in their order; the largest first.
+    let key = |id: usize| u64::from(!bvh.nodes[id].aabb().half_area().to_bits()) << 32 | id as u64;
+    let mut keys: Vec<u64> = (1..bvh.nodes.len()).into_par_iter().map(key).collect();
+    if n < keys.len() {
+        keys.select_nth_unstable(n);
+        keys.truncate(n);
+    }
+    keys.par_sort_unstable();
+    keys.into_iter().map(|key| key as u32).collect()
+}
+
+/// A tree as obvhs made it.
+struct Built<'a> {
+    bvh: &'a Bvh2,
+    clusters: &'a [Cluster],
+}
+
+impl Source for Built<'_> {
+    fn children(&self, node: u32) -> Option<[u32; 2]> {
+        let node = &self.bvh.nodes[node as usize];
+        (!node.is_leaf()).then(|| [node.first_index, node.first_index + 1])
+    }
+
+    fn cluster(&self, leaf: u32) -> Cluster {
+        self.clusters[self.bvh.primitive_indices[self.bvh.nodes[leaf as usize].first_index as usize] as usize]
     }
 }

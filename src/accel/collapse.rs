@@ -1,20 +1,29 @@
-//! From the binary tree to the wide one: which subtrees become leaves, and which eight boxes share a node.
+//! From the binary tree to the wide one, in parallel.
+//!
+//! Nodes stand depth first, those that share a parent side by side, and so do their leaves: what a ray visits next lies
+//! near. The upper levels are made first and end in cuts, the subtrees below each on its own.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
-use super::build::BinaryTree;
+use super::binary::BinaryTree;
+use super::cost::{self, CostTable};
 use super::duplicate::{Groups, Item};
 use super::slab::WIDTH;
-use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
-use crate::world::{Bounds, PrimKind, PrimRef, World};
-
-/// Cost of one level of the binary tree in units of a primitive test. Times hardly change between 1 and 8, for nodes
-/// are fetched from memory and leaves stream; at 3 the tree takes two thirds of the memory that it takes at 1.
-const LEVEL_COST: f64 = 3.0;
+use super::slot;
+use super::wide::{Entry, Tag, WideNode, WideTree};
+use crate::world::{Bounds, PrimRef, World};
 
 /// Levels of the wide tree below which a subtree is cut into equal runs instead of followed: eight levels of wide
 /// nodes hold 16 million leaves, so a path this long is a chain that the builder could not balance.
 const MAX_DEPTH: usize = 40;
+
+/// A subtree is made on its own when it holds no more than one in so many items. The number does not depend on threads,
+/// so that the outcome does not.
+const N_PIECES: usize = 128;
+
+/// Items of a subtree that is too small to be made on its own.
+const MIN_PIECE: usize = 1024;
 
 /// What becomes a child of a wide node.
 #[derive(Clone, Copy, Debug)]
@@ -25,94 +34,30 @@ enum Child {
     Run { first: u32, n_items: u32 },
 }
 
+/// A slot of the upper levels that waits for its subtree.
+struct Cut {
+    node: u32,
+    slot: usize,
+    child: Child,
+    depth: usize,
+}
+
 /// Builds the wide tree.
-pub fn collapse(world: &World, groups: &Groups, binary: &BinaryTree) -> WideTree {
+pub fn collapse(world: &World, groups: &Groups, binary: BinaryTree) -> WideTree {
     if binary.nodes.is_empty() {
         return WideTree::default();
     }
-    let leaf = choose_leaves(binary);
-    let mut tree = WideTree { nodes: vec![WideNode::EMPTY], ..WideTree::default() };
-    let opener = Opener { world, groups, binary, leaf };
-    let mut stack = vec![(0u32, Child::Subtree(0), 1usize)];
-    while let Some((index, child, depth)) = stack.pop() {
-        let (children, n_children) = opener.children(child, depth);
-        let mut node = WideNode::EMPTY;
-        let centers: Vec<glam::DVec3> = children[..n_children].iter().map(|&c| opener.bounds(c).center()).collect();
-        let places = places(&centers);
-        for (&slot, &child) in places.iter().zip(&children[..n_children]) {
-            let bounds = opener.bounds(child);
-            let entry = match opener.end(child) {
-                Some(End::Leaf(run)) => tree.push_leaf(world, &run),
-                Some(End::List(list)) => tree.push_list(world, &groups.lists[list as usize]),
-                None => {
-                    let next = tree.nodes.len() as u32;
-                    tree.nodes.push(WideNode::EMPTY);
-                    stack.push((next, child, depth + 1));
-                    Entry { bounds, child: next, tag: Tag::NODE }
-                }
-            };
-            node.set(slot, &Entry { bounds, ..entry });
-        }
-        tree.nodes[index as usize] = node;
-    }
+    let opener = Opener { world, groups, binary: &binary, costs: CostTable::of(&binary, groups) };
+    let piece = (binary.order.len() / N_PIECES).max(MIN_PIECE);
+    let (top, cuts) = opener.grow(Child::Subtree(0), 1, piece);
+    let pieces: Vec<WideTree> = cuts.par_iter().map(|cut| opener.grow(cut.child, cut.depth, 0).0).collect();
+    drop(opener);
+    drop(binary);
+    let places: Vec<(u32, usize)> = cuts.iter().map(|cut| (cut.node, cut.slot)).collect();
+    let mut tree = WideTree::join(top, &places, pieces);
+    tree.fill_corners(world);
     tree.measure_depth();
     tree
-}
-
-fn places(centers: &[glam::DVec3]) -> Vec<usize> {
-    let mean = centers.iter().sum::<glam::DVec3>() / centers.len() as f64;
-    let mut options = Vec::new();
-    for (i, c) in centers.iter().enumerate() {
-        for slot in 0..8usize {
-            let s = |k: usize| if slot >> k & 1 == 1 { 1.0 } else { -1.0 };
-            options.push(((*c - mean).dot(glam::DVec3::new(s(0), s(1), s(2))), i, slot));
-        }
-    }
-    options.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut places = vec![8; centers.len()];
-    let mut used = [false; 8];
-    for (_, i, slot) in options {
-        if places[i] == 8 && !used[slot] {
-            places[i] = slot;
-            used[slot] = true;
-        }
-    }
-    places
-}
-
-/// Whether each node of the binary tree becomes a leaf: when testing all its primitives is expected to cost no more
-/// than walking on (MacDonald and Booth 1990). A leaf holds one kind, so a mixed subtree is never one.
-fn choose_leaves(binary: &BinaryTree) -> Vec<bool> {
-    let mut cost = vec![0.0f64; binary.nodes.len()];
-    let mut leaf = vec![false; binary.nodes.len()];
-    for (index, node) in binary.nodes.iter().enumerate().rev() {
-        let run = &binary.order[node.first as usize..][..node.n_items as usize];
-        let tests = half_area(&node.bounds) * run.len() as f64;
-        let as_leaf = if leaf_kind(run).is_some() { tests } else { f64::INFINITY };
-        let as_node = match node.children {
-            Some([left, right]) => half_area(&node.bounds) * LEVEL_COST + cost[left as usize] + cost[right as usize],
-            None => f64::INFINITY,
-        };
-        leaf[index] = as_leaf <= as_node && as_leaf.is_finite();
-        // A list is no leaf of this tree and is opened later.
-        cost[index] = as_leaf.min(as_node).min(tests);
-    }
-    leaf
-}
-
-fn half_area(bounds: &Bounds) -> f64 {
-    let e = bounds.extent();
-    e.x * e.y + e.y * e.z + e.z * e.x
-}
-
-/// The kind of a run that fits into a leaf.
-fn leaf_kind(run: &[Item]) -> Option<PrimKind> {
-    let kind = |item: &Item| match item {
-        Item::Prim(prim) => Some(prim.kind()),
-        Item::List(_) => None,
-    };
-    let first = kind(run.first()?)?;
-    (run.len() <= MAX_LEAF && run.iter().all(|item| kind(item) == Some(first))).then_some(first)
 }
 
 /// What is not opened any further.
@@ -126,42 +71,70 @@ struct Opener<'a> {
     world: &'a World,
     groups: &'a Groups,
     binary: &'a BinaryTree,
-    leaf: Vec<bool>,
+    costs: CostTable<'a>,
 }
 
 impl Opener<'_> {
-    /// The children of a wide node: the largest is opened until there are eight.
-    fn children(&self, root: Child, depth: usize) -> ([Child; WIDTH], usize) {
-        let mut children = [root; WIDTH];
+    /// The wide tree below a child, but for subtrees of at most `piece` items, which are cut off.
+    fn grow(&self, root: Child, depth: usize, piece: usize) -> (WideTree, Vec<Cut>) {
+        let mut tree = WideTree { nodes: vec![WideNode::EMPTY], ..WideTree::default() };
+        let mut cuts = Vec::new();
+        let mut stack = vec![(0u32, root, depth)];
+        while let Some((index, child, depth)) = stack.pop() {
+            let (children, n_children) = self.children(child, depth);
+            let children = &children[..n_children];
+            let mut boxes = [self.bounds(child); WIDTH];
+            for (bounds, &child) in boxes.iter_mut().zip(children) {
+                *bounds = self.bounds(child);
+            }
+            let slots = slot::assign(&boxes[..n_children]);
+            let mut node = WideNode::EMPTY;
+            for ((&child, bounds), slot) in children.iter().zip(boxes).zip(slots) {
+                let entry = match self.end(child) {
+                    Some(End::Leaf(run)) => tree.push_leaf(self.world, &run),
+                    Some(End::List(list)) => tree.push_list(self.world, &self.groups.lists[list as usize]),
+                    None if self.run(child).len() <= piece => {
+                        cuts.push(Cut { node: index, slot, child, depth: depth + 1 });
+                        Entry { bounds, child: 0, tag: Tag::NODE }
+                    }
+                    None => {
+                        let next = tree.nodes.len() as u32;
+                        tree.nodes.push(WideNode::EMPTY);
+                        stack.push((next, child, depth + 1));
+                        Entry { bounds, child: next, tag: Tag::NODE }
+                    }
+                };
+                node.set(slot, &Entry { bounds, ..entry });
+            }
+            tree.nodes[index as usize] = node;
+        }
+        (tree, cuts)
+    }
+
+    /// The children of a wide node; an end that stands alone is its own only child.
+    fn children(&self, child: Child, depth: usize) -> ([Child; WIDTH], usize) {
+        if let Child::Subtree(index) = child
+            && depth < MAX_DEPTH
+            && !self.is_end(child)
+        {
+            let (subtrees, n_children) = self.costs.children(index);
+            if n_children > 0 {
+                return (subtrees.map(Child::Subtree), n_children);
+            }
+        }
+        // A run is cut into halves, the longest first.
+        let mut children = [child; WIDTH];
         let mut n_children = 1;
         while n_children < WIDTH {
             let openable = (0..n_children).filter(|&i| !self.is_end(children[i]));
-            // Of boxes of one size the one with more in it is opened first.
-            let key = |i: usize| (half_area(&self.bounds(children[i])), self.run(children[i]).len());
-            let largest = openable.max_by(|&i, &j| {
-                let ((a, n), (b, m)) = (key(i), key(j));
-                a.total_cmp(&b).then(n.cmp(&m))
-            });
-            let Some(largest) = largest else { break };
-            let [left, right] = self.open(children[largest], depth);
-            children[largest] = left;
-            children[n_children] = right;
+            let Some(longest) = openable.max_by_key(|&i| self.run(children[i]).len()) else { break };
+            let (first, n_items) = self.span(children[longest]);
+            let cut = n_items / 2;
+            children[longest] = Child::Run { first, n_items: cut };
+            children[n_children] = Child::Run { first: first + cut, n_items: n_items - cut };
             n_children += 1;
         }
         (children, n_children)
-    }
-
-    /// The two halves of what is no end.
-    fn open(&self, child: Child, depth: usize) -> [Child; 2] {
-        if let Child::Subtree(index) = child
-            && let Some([left, right]) = self.binary.nodes[index as usize].children
-            && depth < MAX_DEPTH
-        {
-            return [Child::Subtree(left), Child::Subtree(right)];
-        }
-        let (first, n_items) = self.span(child);
-        let cut = n_items / 2;
-        [Child::Run { first, n_items: cut }, Child::Run { first: first + cut, n_items: n_items - cut }]
     }
 
     fn span(&self, child: Child) -> (u32, u32) {
@@ -180,11 +153,12 @@ impl Opener<'_> {
     }
 
     fn is_end(&self, child: Child) -> bool {
-        let is_leaf = match child {
-            Child::Subtree(index) => self.leaf[index as usize],
-            Child::Run { .. } => leaf_kind(self.run(child)).is_some(),
+        let run = self.run(child);
+        let wants = match child {
+            Child::Subtree(index) => self.costs.is_leaf(index),
+            Child::Run { .. } => true,
         };
-        is_leaf || self.run(child).len() == 1
+        run.len() == 1 || (wants && cost::is_leaf(run))
     }
 
     fn end(&self, child: Child) -> Option<End> {

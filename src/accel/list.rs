@@ -4,25 +4,20 @@ use glam::Vec3;
 
 use super::slab::WIDTH;
 use super::sliver::BUNDLE;
-use super::wide::{Entry, MAX_LEAF, N_COORDINATES, Tag, WideNode, WideTree};
+use super::slot;
+use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
 use crate::world::{Bounds, PrimKind, PrimRef, World};
 
 /// The box of what has none; only unbounded primitives lack one, and they never come here.
 const EVERYTHING: Bounds = Bounds { lo: Vec3::MIN, hi: Vec3::MAX };
 
 impl WideTree {
-    /// Appends a leaf: 1 to [`MAX_LEAF`] primitives of one kind.
+    /// Appends a leaf: 1 to [`MAX_LEAF`] primitives of one kind. Corners come when all leaves are there.
     pub fn push_leaf(&mut self, world: &World, run: &[PrimRef]) -> Entry {
         let kind = run[0].kind();
         let first = match kind {
             PrimKind::Triangle => {
                 let first = self.triangle_rows.len();
-                self.corners.truncate(N_COORDINATES * first);
-                for coordinate in 0..N_COORDINATES {
-                    let of = |prim: &PrimRef| world.triangles.corners(prim.row())[coordinate / 3][coordinate % 3];
-                    self.corners.extend(run.iter().map(of));
-                }
-                self.corners.extend([0.0; MAX_LEAF]);
                 self.triangle_rows.extend(run.iter().map(|prim| prim.row() as u32));
                 first
             }
@@ -61,10 +56,11 @@ impl WideTree {
 
     fn push_node(&mut self, children: &[Entry]) -> Entry {
         let mut node = WideNode::EMPTY;
-        for (slot, child) in children.iter().enumerate() {
+        let boxes: Vec<Bounds> = children.iter().map(|child| child.bounds).collect();
+        for (child, slot) in children.iter().zip(slot::assign(&boxes)) {
             node.set(slot, child);
         }
-        let bounds = children.iter().map(|child| child.bounds).reduce(Bounds::union).unwrap_or(EVERYTHING);
+        let bounds = boxes.into_iter().reduce(Bounds::union).unwrap_or(EVERYTHING);
         self.nodes.push(node);
         Entry { bounds, child: self.nodes.len() as u32 - 1, tag: Tag::NODE }
     }

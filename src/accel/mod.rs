@@ -3,20 +3,27 @@
 //!
 //! Both answer the same, bit for bit: the closest hit is the smallest `t`, at equal `t` the lowest id.
 
+mod area;
+mod binary;
 mod build;
+mod cluster;
 mod coherence;
 mod collapse;
+mod cost;
 mod describe;
 mod duplicate;
+mod join;
 mod leaf;
 mod linear;
 mod list;
+mod morton;
 mod order;
 mod packet;
 mod query;
 mod single;
 mod slab;
 mod sliver;
+mod slot;
 mod stream;
 mod walk;
 mod wide;
@@ -50,6 +57,20 @@ pub enum Preset {
     Medium,
     /// The best tree.
     High,
+}
+
+impl Preset {
+    /// All of them, the quickest build first.
+    pub const ALL: [Preset; 3] = [Preset::Fast, Preset::Medium, Preset::High];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Preset::Fast => "fast",
+            Preset::Medium => "medium",
+            Preset::High => "high",
+        }
+    }
 }
 
 /// How a batch of rays walks the tree. Answers are the same for every mode.
@@ -95,7 +116,7 @@ pub struct AccelStats {
     pub n_leaves: usize,
     /// Levels on the longest path, the root being 1.
     pub depth: usize,
-    /// Expected cost of a random ray through the root box: node visits plus primitive tests, each counted 1.
+    /// Expected cost of a random ray through the root box that nothing stops: nodes and leaves visited, each counted 1.
     pub sah_cost: f64,
     /// Primitives outside of the tree, tested against every ray.
     pub n_unbounded: usize,
@@ -112,7 +133,6 @@ impl Accel {
 
     /// Builds the structure with a preset; the full scan has nothing to build.
     pub fn build_with(world: &World, kind: AccelKind, preset: Preset) -> Accel {
-        let _ = preset;
         if kind == AccelKind::Linear {
             return Accel {
                 kind,
@@ -141,8 +161,10 @@ impl Accel {
         }
         prims.extend(prim::all(world).skip(world.spheres.len() + world.quadrics.len()));
         boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
-        let groups = duplicate::group_by_box(world, prims, boxes);
-        let tree = collapse::collapse(world, &groups, &build::build(&groups));
+        let mut groups = duplicate::group(world, &prims, &boxes, build::max_growth(preset));
+        drop((prims, boxes));
+        let binary = build::build(&mut groups, preset);
+        let tree = collapse::collapse(world, &groups, binary);
         Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree, unbounded }
     }
 

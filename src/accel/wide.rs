@@ -176,8 +176,9 @@ impl WideTree {
             + self.prims.len() * size_of::<PrimRef>()
     }
 
-    /// Leaves, and the expected cost of a random ray through the root box: one for each node visited and one for
-    /// each primitive tested, weighted by the chance to meet its box (Goldsmith and Salmon 1987).
+    /// Leaves, and the expected cost of a random ray through the root box: one for each node and one for each leaf
+    /// visited, weighted by the chance to meet its box (Goldsmith and Salmon 1987). A leaf is tested at once, so that
+    /// it costs about the same whatever it holds.
     pub fn leaves_and_sah_cost(&self) -> (usize, f64) {
         let area = |b: Bounds| {
             let e = b.extent();
@@ -188,9 +189,8 @@ impl WideTree {
         let mut n_leaves = 0;
         let mut cost = root_area;
         for (node, slot) in self.nodes.iter().flat_map(|node| node.slots().map(move |slot| (node, slot))) {
-            let n_prims = node.tag(slot).n_prims();
-            n_leaves += usize::from(n_prims > 0);
-            cost += area(node.bounds(slot)) * n_prims.max(1) as f64;
+            n_leaves += usize::from(node.tag(slot) != Tag::NODE);
+            cost += area(node.bounds(slot));
         }
         (n_leaves, if root_area > 0.0 { cost / root_area } else { 0.0 })
     }

@@ -48,8 +48,8 @@ Keys of --json: input, primitives {spheres, quadrics, unbounded_quadrics, triang
 bounds {lo, hi} (null without a bounded primitive), materials [{name, ambient, diffuse, specular,
 reflectance, shininess}] (colours already multiplied by k_a, k_d, k_s), lights [{position, intensity}],
 camera {position, fov_y_degrees, width, height}, background, features {found, skipped},
-memory_bytes {one key per table, total}, bvh {nodes, leaves, depth, sah_cost, build_seconds,
-memory_bytes}, load_seconds, warnings [text].";
+memory_bytes {one key per table, total}, bvh {preset, nodes, leaves, depth, sah_cost,
+build_seconds, memory_bytes}, load_seconds, warnings [text].";
 
 const DIFF_EXAMPLES: &str = "\
 Examples:
@@ -167,6 +167,9 @@ pub struct RenderArgs {
     /// How hits are found; both give the same bits [default: bvh]
     #[arg(long, value_name = "KIND", help_heading = "Speed")]
     pub accel: Option<AccelArg>,
+    /// What to spend on the tree; every preset gives the same bits [default: medium]
+    #[arg(long, value_name = "PRESET", help_heading = "Speed")]
+    pub bvh: Option<BvhArg>,
 }
 
 /// Arguments of `flatray info`.
@@ -178,6 +181,9 @@ pub struct InfoArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+    /// What to spend on the tree [default: medium]
+    #[arg(long, value_name = "PRESET")]
+    pub bvh: Option<BvhArg>,
 }
 
 /// Arguments of `flatray diff`.
@@ -244,6 +250,17 @@ pub enum AccelArg {
     Bvh,
     /// Every ray against every primitive
     Linear,
+}
+
+/// `--bvh`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BvhArg {
+    /// Built quickest
+    Fast,
+    /// A good tree in reasonable time
+    Medium,
+    /// The best tree, built in several times the time
+    High,
 }
 
 /// `--compat`

@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::args::InfoArgs;
 use super::failure::Failure;
 use super::info_text;
-use super::{diagnostic, files, memory, terminal};
-use crate::accel::{Accel, AccelKind, AccelStats};
+use super::{diagnostic, files, memory, plan, terminal};
+use crate::accel::{Accel, AccelKind, AccelStats, Preset};
 use crate::scene::{Compiled, Overrides};
 use crate::world::{Features, World};
 
@@ -106,6 +106,7 @@ pub struct FeatureNames {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct BvhInfo {
+    pub preset: &'static str,
     pub nodes: usize,
     pub leaves: usize,
     pub depth: usize,
@@ -126,10 +127,12 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
     }
     let started = Instant::now();
-    let accel = Accel::build(&scene.world, AccelKind::Bvh);
+    let preset = plan::preset(args.bvh);
+    let accel = Accel::build_with(&scene.world, AccelKind::Bvh, preset);
     let build_seconds = started.elapsed().as_secs_f64();
 
-    let info = gather(terminal::shown(&args.input), &scene, load_seconds, accel.stats(), build_seconds);
+    let info =
+        gather(terminal::shown(&args.input), &scene, load_seconds, bvh_info(accel.stats(), preset, build_seconds));
     let text = if args.json { to_json(&info) } else { info_text::describe(&info) };
     Ok(terminal::print(&text)?)
 }
@@ -140,10 +143,16 @@ fn to_json(info: &Info) -> String {
     serde_json::to_string_pretty(info).unwrap_or_default() + "\n"
 }
 
-fn gather(input: String, scene: &Compiled, load_seconds: f64, accel: AccelStats, build_seconds: f64) -> Info {
+/// The structure's figures, and how many primitives stand outside of it.
+fn bvh_info(stats: AccelStats, preset: Preset, build_seconds: f64) -> (BvhInfo, usize) {
+    let AccelStats { n_nodes, n_leaves, depth, sah_cost, n_unbounded, memory_bytes } = stats;
+    let preset = preset.name();
+    (BvhInfo { preset, nodes: n_nodes, leaves: n_leaves, depth, sah_cost, build_seconds, memory_bytes }, n_unbounded)
+}
+
+fn gather(input: String, scene: &Compiled, load_seconds: f64, (bvh, n_unbounded): (BvhInfo, usize)) -> Info {
     let world = &scene.world;
     let camera = &scene.camera;
-    let AccelStats { n_nodes, n_leaves, depth, sah_cost, n_unbounded, memory_bytes } = accel;
     let lights = world.lights.positions.iter().zip(&world.lights.intensities);
     let mut tables: serde_json::Map<String, serde_json::Value> =
         world.memory_bytes().iter().map(|&(table, bytes)| (table.to_owned(), bytes.into())).collect();
@@ -172,7 +181,7 @@ fn gather(input: String, scene: &Compiled, load_seconds: f64, accel: AccelStats,
         background: world.background.to_array(),
         features: feature_names(&world.features()),
         memory_bytes: tables,
-        bvh: BvhInfo { nodes: n_nodes, leaves: n_leaves, depth, sah_cost, build_seconds, memory_bytes },
+        bvh,
         load_seconds,
         warnings: scene.warnings.iter().map(ToString::to_string).collect(),
     }
@@ -241,7 +250,7 @@ mod tests {
     fn info() -> Info {
         let stats =
             AccelStats { n_nodes: 1, n_leaves: 1, depth: 1, sah_cost: f64::NAN, n_unbounded: 0, memory_bytes: 64 };
-        gather("a.toml".into(), &scene(), 0.1, stats, 0.2)
+        gather("a.toml".into(), &scene(), 0.1, bvh_info(stats, Preset::Medium, 0.2))
     }
 
     #[test]

@@ -50,8 +50,9 @@ fn primitives(info: &Info, page: &mut Page) {
 }
 
 fn bvh(bvh: &BvhInfo, page: &mut Page) {
-    let BvhInfo { nodes, leaves, depth, sah_cost, build_seconds, memory_bytes } = *bvh;
+    let BvhInfo { preset, nodes, leaves, depth, sah_cost, build_seconds, memory_bytes } = *bvh;
     page.heading("bvh");
+    page.fact("preset", preset);
     page.fact("nodes", quantity::count(nodes as u64));
     page.fact("leaves", quantity::count(leaves as u64));
     page.fact("depth", depth);

@@ -2,9 +2,9 @@
 
 use clap::error::ErrorKind;
 
-use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg};
+use super::args::{AccelArg, BvhArg, CompatArg, RenderArgs, SamplerArg, UpArg};
 use super::failure::Failure;
-use crate::accel::AccelKind;
+use crate::accel::{AccelKind, Preset};
 use crate::film::Region;
 use crate::render::{Sampler, Settings};
 use crate::scene::{Compiled, Overrides, RenderKeys, SamplerKey, UpAxis};
@@ -24,6 +24,8 @@ pub struct Plan {
     pub settings: Settings,
     /// How to find hits.
     pub accel: AccelKind,
+    /// What to spend on the tree.
+    pub preset: Preset,
     /// Exposure of PNGs in stops.
     pub exposure_ev: f64,
 }
@@ -51,7 +53,19 @@ pub fn check(args: &RenderArgs) -> Result<(), Failure> {
     } else if args.sampler == Some(SamplerArg::Center) && several {
         return conflict("'--sampler center' takes one sample: it cannot be used with '--samples' above 1");
     }
+    if args.accel == Some(AccelArg::Linear) && args.bvh.is_some() {
+        return conflict("'--accel linear' builds no tree: leave out '--bvh'");
+    }
     Ok(())
+}
+
+/// The preset asked for, or the default.
+pub fn preset(arg: Option<BvhArg>) -> Preset {
+    arg.map_or_else(Preset::default, |arg| match arg {
+        BvhArg::Fast => Preset::Fast,
+        BvhArg::Medium => Preset::Medium,
+        BvhArg::High => Preset::High,
+    })
 }
 
 /// What the command line changes about a scene before it is compiled.
@@ -105,7 +119,7 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         Some(AccelArg::Linear) => AccelKind::Linear,
     };
     let exposure_ev = args.exposure.or(scene.render.exposure_ev).unwrap_or(0.0);
-    Ok(Plan { settings, accel, exposure_ev })
+    Ok(Plan { settings, accel, preset: preset(args.bvh), exposure_ev })
 }
 
 /// The sampler and its samples. `center` means one sample; whichever of the two is asked for more directly, on the
@@ -220,6 +234,7 @@ mod tests {
             RenderArgs { sampler: Some(SamplerArg::Jitter), ..course.clone() },
             RenderArgs { max_depth: Some(6), ..course.clone() },
             RenderArgs { terminator: Some(true), ..course.clone() },
+            RenderArgs { accel: Some(AccelArg::Linear), bvh: Some(BvhArg::Fast), ..RenderArgs::default() },
         ];
         for args in wrong {
             assert!(matches!(check(&args), Err(Failure::Usage(_))), "{args:?}");
@@ -227,6 +242,7 @@ mod tests {
         let right = [
             RenderArgs { sampler: Some(SamplerArg::Center), samples: Some(1), ..RenderArgs::default() },
             RenderArgs { samples: Some(4), sampler: Some(SamplerArg::Grid), max_depth: Some(5), ..course },
+            RenderArgs { accel: Some(AccelArg::Bvh), bvh: Some(BvhArg::High), ..RenderArgs::default() },
         ];
         for args in right {
             assert!(check(&args).is_ok(), "{args:?}");

@@ -16,7 +16,7 @@ use super::plan;
 use super::progress::Progress;
 use super::stats::{MemoryBytes, Seconds, Stats};
 use super::{diagnostic, terminal};
-use crate::accel::Accel;
+use crate::accel::{Accel, AccelKind};
 use crate::error::{Error, Place};
 use crate::film::{Film, Rows};
 use crate::render::{self, Control, Counts, Settings};
@@ -50,7 +50,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let plan = plan::settle(args, &scene)?;
     Need::of(&scene.world, &plan.settings, plan.accel).check(memory::available_bytes())?;
 
-    let accel = timed(&mut seconds.build, || pool.install(|| Accel::build(&scene.world, plan.accel)));
+    let accel = timed(&mut seconds.build, || pool.install(|| Accel::build_with(&scene.world, plan.accel, plan.preset)));
     drop(pool);
     interrupt.check()?;
     let mut film = render::new_film(&scene.camera, &plan.settings);
@@ -79,6 +79,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         height: scene.camera.height_px,
         samples: plan.settings.samples,
         threads: plan.settings.threads,
+        bvh: (plan.accel == AccelKind::Bvh).then(|| plan.preset.name()),
     };
     let files = writings(&film, &images, args.stats.as_deref(), &stats, &interrupt);
     files::write_together(&files).map_err(|error| match interrupt.check() {

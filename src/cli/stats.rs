@@ -26,6 +26,8 @@ pub struct Stats {
     pub samples: u32,
     /// Worker threads.
     pub threads: usize,
+    /// The preset of the tree; null where there is none.
+    pub bvh: Option<&'static str>,
 }
 
 /// Wall-clock times in seconds.
@@ -85,7 +87,7 @@ impl Stats {
 
     /// The closing summary, one fact a line.
     pub fn summary(&self, written: &[&Path]) -> String {
-        let Stats { seconds, rays, exact_tests, memory_bytes, width, height, samples, threads } = self;
+        let Stats { seconds, rays, exact_tests, memory_bytes, width, height, samples, threads, bvh } = self;
         let n_rays = rays.camera + rays.reflection + rays.refraction + rays.shadow;
         let count = quantity::count;
         let plural = |n: u64| if n == 1 { "" } else { "s" };
@@ -96,9 +98,10 @@ impl Stats {
                 plural(*threads as u64)
             ),
             format!(
-                "time    load {}, build {}, trace {}, write {}, total {}",
+                "time    load {}, build {}{}, trace {}, write {}, total {}",
                 quantity::seconds(seconds.load),
                 quantity::seconds(seconds.build),
+                bvh.map_or_else(String::new, |preset| format!(" ({preset})")),
                 quantity::seconds(seconds.trace),
                 quantity::seconds(seconds.write),
                 quantity::seconds(seconds.total)
@@ -150,6 +153,7 @@ mod tests {
             height: 1,
             samples: 2,
             threads: 1,
+            bvh: Some("medium"),
         };
         let json: serde_json::Value = serde_json::from_str(&stats.to_json()).unwrap();
         let expected = serde_json::json!({
@@ -157,7 +161,7 @@ mod tests {
             "rays": {"camera": 4, "camera_hit": 3, "reflection": 0, "refraction": 0, "shadow": 0},
             "exact_tests": 0,
             "memory_bytes": {"tables": 10, "accel": 20, "peak": null},
-            "width": 2, "height": 1, "samples": 2, "threads": 1
+            "width": 2, "height": 1, "samples": 2, "threads": 1, "bvh": "medium"
         });
         assert_eq!(json, expected);
         assert!(stats.summary(&[]).contains("camera 4 (3 hit)"));

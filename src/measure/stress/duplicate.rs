@@ -9,11 +9,11 @@ use super::mesh::{Mesh, lat_long};
 use super::random::Random;
 use super::scene::{Scene, same_bits};
 use super::{Block, Tally, shapes};
-use crate::accel::{Accel, AccelKind};
+use crate::accel::{Accel, AccelKind, Preset};
 use crate::world::{Hit, Ray, World};
 
 /// A suite: of identical copies the one with the lowest id is hit, always; of overlaps t is the same in every order,
-/// and everything is on every number of threads.
+/// and everything is for every preset on every number of threads.
 pub fn run(block: &Block, tally: &mut Tally) {
     let mut random = block.shared();
     let mesh = if random.chance(0.5) { lat_long(8, 5) } else { overlaps(&mut random) };
@@ -22,7 +22,9 @@ pub fn run(block: &Block, tally: &mut Tally) {
     let scene = Scene::of_meshes((0..copies).map(|_| &mesh));
     let alone = Scene::of_meshes([&mesh]);
     let shuffled = Scene::of_meshes([&shuffle(&mut random, &mesh)]);
-    let rebuilt = one_thread().map(|pool| pool.install(|| Accel::build(&scene.world, AccelKind::Bvh)));
+    let build = |preset| Accel::build_with(&scene.world, AccelKind::Bvh, preset);
+    let mut rebuilt: Vec<Accel> = Preset::ALL.map(build).into();
+    rebuilt.extend(one_thread().into_iter().flat_map(|pool| pool.install(|| Preset::ALL.map(build))));
 
     for (case, mut random) in block.each() {
         let triangle = random.below(n_triangles as u64) as usize;
@@ -33,9 +35,7 @@ pub fn run(block: &Block, tally: &mut Tally) {
         let mut right = agrees && scene.judge(tally, &case, &ray, &hit);
         right &= same_bits(&hit, &alone.closest(&ray));
         right &= hit.t.to_bits() == shuffled.closest(&ray).t.to_bits();
-        if let Some(rebuilt) = &rebuilt {
-            right &= same_bits(&hit, &closest(rebuilt, &scene.world, &ray));
-        }
+        right &= rebuilt.iter().all(|accel| same_bits(&hit, &closest(accel, &scene.world, &ray)));
         tally.count(right, || case.text(&ray, None));
     }
 }
