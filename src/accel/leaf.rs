@@ -2,9 +2,10 @@
 
 use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
-use crate::numeric::triangle;
-use crate::simd::{F32Lanes, MaskLanes, Simd};
-use crate::world::{Hit, PrimKind, World};
+use crate::numeric::prepared::PreparedRay;
+use crate::numeric::{sphere, triangle};
+use crate::simd::{F32Lanes, MaskLanes, Simd, WIDTH64};
+use crate::world::{Hit, PrimKind, PrimRef, World};
 
 /// Tests a leaf for the closest hit.
 #[inline(always)]
@@ -12,8 +13,13 @@ pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk
     match tag.kind() {
         PrimKind::Triangle => closest_triangle(simd, tree, walk, first, tag.n_prims()),
         PrimKind::Sphere => {
-            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                offer(tree, walk, world.spheres.intersect(prim.row(), &walk.ray));
+            for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
+                let mut open = open_spheres(simd, world, &walk.ray, four);
+                while open != 0 {
+                    let row = four[open.trailing_zeros() as usize % WIDTH64].row();
+                    open &= open - 1;
+                    offer(tree, walk, world.spheres.intersect(row, &walk.ray));
+                }
             }
         }
         PrimKind::Quadric => {
@@ -31,9 +37,14 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first:
     match tag.kind() {
         PrimKind::Triangle => return any_triangle(simd, tree, walk, first, tag.n_prims()),
         PrimKind::Sphere => {
-            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                if world.spheres.intersect(prim.row(), &walk.ray).is_some() {
-                    return true;
+            for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
+                let mut open = open_spheres(simd, world, &walk.ray, four);
+                while open != 0 {
+                    let row = four[open.trailing_zeros() as usize % WIDTH64].row();
+                    open &= open - 1;
+                    if world.spheres.intersect(row, &walk.ray).is_some() {
+                        return true;
+                    }
                 }
             }
         }
@@ -46,6 +57,20 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first:
         }
     }
     false
+}
+
+/// Which of up to four spheres the ray may hit within its interval.
+#[inline(always)]
+fn open_spheres<S: Simd>(simd: S, world: &World, ray: &PreparedRay, four: &[PrimRef]) -> u32 {
+    let mut columns = [[0.0; WIDTH64]; 4];
+    for (lane, prim) in four.iter().enumerate() {
+        let row = prim.row();
+        let center = world.spheres.centers[row];
+        let lane = lane % WIDTH64;
+        (columns[0][lane], columns[1][lane], columns[2][lane]) = (center.x, center.y, center.z);
+        columns[3][lane] = world.spheres.radii[row];
+    }
+    sphere::open_lanes(simd, ray, &columns) & ((1 << four.len()) - 1)
 }
 
 /// Takes a hit if it is closer than the best.

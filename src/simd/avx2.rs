@@ -279,6 +279,10 @@ impl F64Lanes for F64x4 {
         F64x4(intrinsic!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0)))
     }
     #[inline(always)]
+    fn sqrt(self) -> F64x4 {
+        F64x4(intrinsic!(_mm256_sqrt_pd(self.0)))
+    }
+    #[inline(always)]
     fn lt(self, other: F64x4) -> Mask64 {
         Mask64(intrinsic!(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0)))
     }

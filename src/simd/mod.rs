@@ -124,6 +124,8 @@ pub trait F64Lanes:
     fn max(self, other: Self) -> Self;
     /// The magnitude.
     fn abs(self) -> Self;
+    /// The square root; NaN of negative numbers.
+    fn sqrt(self) -> Self;
     /// `self < other`.
     fn lt(self, other: Self) -> Self::Mask;
     /// `self <= other`.
@@ -199,6 +201,10 @@ impl F64Lanes for f64 {
     #[inline(always)]
     fn abs(self) -> f64 {
         f64::abs(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> f64 {
+        f64::sqrt(self)
     }
     #[inline(always)]
     fn lt(self, other: f64) -> bool {

@@ -167,6 +167,10 @@ impl F64Lanes for Array<f64, WIDTH64> {
         Array(self.0.map(f64::abs))
     }
     #[inline(always)]
+    fn sqrt(self) -> Self {
+        Array(self.0.map(f64::sqrt))
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
         Array(from_fn(|i| self.0[i] < other.0[i]))
     }
