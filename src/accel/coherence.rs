@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::slab::SlabRay;
 use crate::numeric::lane::{depth_slack, sound_reciprocal};
-use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL};
+use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL, Span};
 use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH};
@@ -30,7 +30,9 @@ pub struct Packet {
     pub slab: SlabRay,
     /// The same for triangles.
     pub shear: PacketShear,
-    /// What is left of the slopes.
+    /// What is left of the slopes, eight rays at a time.
+    pub spans: [Span; N_LANES],
+    /// The same ray by ray.
     pub dx: Column,
     /// See `dx`.
     pub dy: Column,
@@ -83,7 +85,8 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
     };
     let (t_min, t_max) = intervals(rays);
     let Slopes { dx, dy, reciprocal, .. } = slopes;
-    Some(Packet { slab, shear, dx, dy, reciprocal, slack: depth_slack(residual), t_min, t_max })
+    let spans = [span(&dx[0], &dy[0]), span(&dx[1], &dy[1])];
+    Some(Packet { slab, shear, spans, dx, dy, reciprocal, slack: depth_slack(residual), t_min, t_max })
 }
 
 /// Checks what takes no division: one origin, all numbers tame, intervals that are not empty. Then the smallest and
@@ -159,6 +162,26 @@ fn around_middle(slopes: &[f64; N_RAYS]) -> (f32, f64, Column) {
     // What rounding to f32 adds to a difference is a share of it.
     let spread = (hi - center).max(center - lo) * (1.0 + f64::from(f32::EPSILON));
     (middle, spread, column)
+}
+
+/// The δ that eight rays lie between.
+#[inline(always)]
+fn span(dx: &[f32; WIDTH], dy: &[f32; WIDTH]) -> Span {
+    let ((x, wx), (y, wy)) = (middle_and_reach(dx), middle_and_reach(dy));
+    Span { middle: [x, y], reach: [wx, wy] }
+}
+
+#[inline(always)]
+fn middle_and_reach(values: &[f32; WIDTH]) -> (f32, f32) {
+    let (mut lo, mut hi) = (values[0], values[0]);
+    for &value in values {
+        lo = if value < lo { value } else { lo };
+        hi = if value > hi { value } else { hi };
+    }
+    let middle = 0.5 * (lo + hi);
+    // The middle and both differences are rounded: four roundings of the largest value cover them.
+    let rounding = 4.0 * f32::EPSILON * lo.abs().max(hi.abs());
+    (middle, (hi - middle).max(middle - lo) + rounding)
 }
 
 /// The ends of the intervals, rounded both ways; rays of a packet mostly have the same.

@@ -127,16 +127,17 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
     n_prims: usize,
 ) {
     let seen = packet.shear.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
-    let mut triangles = packet.shear.open(simd, &seen) & ((1 << n_prims) - 1);
-    if triangles == 0 {
+    let all = (1 << n_prims) - 1;
+    let open = [packet.spans[0].open(simd, &seen) & all, packet.spans[1].open(simd, &seen) & all];
+    if open == [0; N_LANES] {
         return;
     }
     let columns = seen.columns();
-    while triangles != 0 {
-        let lane = triangles.trailing_zeros() as usize;
-        triangles &= triangles - 1;
-        for lanes in 0..N_LANES {
-            let (dx, dy) = (simd.load(&packet.dx[lanes]), simd.load(&packet.dy[lanes]));
+    for (lanes, mut triangles) in open.into_iter().enumerate() {
+        let (dx, dy) = (simd.load(&packet.dx[lanes]), simd.load(&packet.dy[lanes]));
+        while triangles != 0 {
+            let lane = triangles.trailing_zeros() as usize;
+            triangles &= triangles - 1;
             let edges: LaneEdges<S::F32> = columns.edges(simd, lane, dx, dy);
             let open = edges.open();
             if open.bits() == 0 {

@@ -13,7 +13,7 @@ use super::wide::{N_COORDINATES, WideTree};
 use crate::simd::{Simd, WIDTH};
 
 /// Rays in flight: enough to cover a fetch from memory, few enough to stay in the first-level cache.
-const IN_FLIGHT: usize = 16;
+const IN_FLIGHT: usize = 32;
 
 /// Items that a ray in flight has room for, a power of two.
 const STACK_SIZE: usize = 512;
