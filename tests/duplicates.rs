@@ -154,3 +154,71 @@ fn overlaps_have_one_answer_for_every_preset_order_and_number_of_threads() {
     }
     assert!(t_in_every_order.windows(2).all(|pair| pair[0] == pair[1]));
 }
+
+/// Slivers from corner to corner of a cube whose boxes nearly agree.
+fn nearly_one_box(i: u64) -> [Vec3; 3] {
+    let off = |k: u64| 0.01 * Vec3::new(unit(16 * i + k), unit(16 * i + k + 1), unit(16 * i + k + 2));
+    [off(0), Vec3::ONE + off(3), Vec3::splat(0.1 + 0.8 * unit(16 * i + 6)) + off(7)]
+}
+
+/// Slivers in all directions through a cube; most boxes overlap most others.
+fn tangle(i: u64) -> [Vec3; 3] {
+    let point = |k: u64| Vec3::new(unit(16 * i + k), unit(16 * i + k + 1), unit(16 * i + k + 2));
+    [point(0), point(3), 0.5 * (point(0) + point(3)) + 0.001 * point(6)]
+}
+
+/// Triangles on a grid so coarse that boxes soon have the same unions.
+fn coarse_grid(i: u64) -> [Vec3; 3] {
+    let point =
+        |k: u64| (11.0 * Vec3::new(unit(16 * i + k), unit(16 * i + k + 1), unit(16 * i + k + 2))).floor() / 11.0;
+    [point(0), point(3), point(6)]
+}
+
+fn unit(k: u64) -> f32 {
+    hash_unit(k) as f32
+}
+
+#[test]
+fn boxes_that_overlap_make_no_chains_whatever_the_preset() {
+    for (name, corners) in
+        [("nearly one box", nearly_one_box as fn(u64) -> [Vec3; 3]), ("tangle", tangle), ("coarse grid", coarse_grid)]
+    {
+        let world = world(corners);
+        for preset in Preset::ALL {
+            let accel = Accel::build_with(&world, AccelKind::Bvh, preset);
+            let stats = accel.stats();
+            assert!(stats.depth <= 40, "{name}, {preset:?}: {stats:?}");
+            assert!(stats.memory_bytes < 72 * N as usize, "{name}, {preset:?}: {stats:?}");
+            assert_equals_full_scan(&world, &accel, &rays(10));
+        }
+    }
+}
+
+#[test]
+fn the_tree_is_the_same_for_every_number_of_threads() {
+    let (positions, triangles) = flatray::measure::generate::terrain(150);
+    for world in [World::from_triangles(positions, triangles).unwrap(), world(tangle), world(coarse_grid)] {
+        for preset in Preset::ALL {
+            let stats = [1, 2, 5].map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| Accel::build_with(&world, AccelKind::Bvh, preset)).stats()
+            });
+            assert_eq!(stats[0], stats[1], "{preset:?}");
+            assert_eq!(stats[0], stats[2], "{preset:?}");
+        }
+    }
+}
+
+#[test]
+fn a_line_of_points_and_a_world_of_one_are_trees_too() {
+    let points = |i: u64| [Vec3::new(i as f32, 0.0, 0.0); 3];
+    let stats = Accel::build(&world(points), AccelKind::Bvh).stats();
+    assert!(stats.depth <= 10, "{stats:?}");
+    let one = World::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
+    for preset in Preset::ALL {
+        let stats = Accel::build_with(&one, AccelKind::Bvh, preset).stats();
+        assert_eq!((stats.n_nodes, stats.n_leaves, stats.depth), (1, 1, 1));
+        let stats = Accel::build_with(&World::default(), AccelKind::Bvh, preset).stats();
+        assert_eq!((stats.n_nodes, stats.n_leaves, stats.memory_bytes), (0, 0, 0));
+    }
+}

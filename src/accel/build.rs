@@ -30,7 +30,7 @@ impl Effort {
     fn of(preset: Preset) -> Effort {
         match preset {
             Preset::Fast => Effort { search: PlocSearchDistance::VeryLow, reinsertion: &[] },
-            Preset::Medium => Effort { search: PlocSearchDistance::Low, reinsertion: &[0.15, 0.1, 0.075, 0.06, 0.05] },
+            Preset::Medium => Effort { search: PlocSearchDistance::Low, reinsertion: &[0.1, 0.05, 0.03] },
             Preset::High => Effort {
                 search: PlocSearchDistance::Medium,
                 reinsertion: &[0.5, 0.25, 0.17, 0.125, 0.1, 0.08, 0.07, 0.06],

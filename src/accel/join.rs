@@ -69,7 +69,7 @@ impl WideTree {
 }
 
 /// Moves what a node points to behind so many nodes, rows of triangles and other primitives.
-fn shift(node: &mut WideNode, [nodes, rows, prims]: &[usize; 3]) {
+pub fn shift(node: &mut WideNode, [nodes, rows, prims]: &[usize; 3]) {
     for slot in 0..WIDTH {
         let by = match (node.tag(slot), node.tag(slot).kind()) {
             (Tag::NODE, _) => nodes,

@@ -8,7 +8,8 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::wide::{Entry, MAX_LEAF, WideTree};
+use super::join;
+use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
 use crate::numeric::U;
 use crate::world::{Bounds, PrimRef, World};
 
@@ -18,9 +19,10 @@ pub const BUNDLE: usize = 64;
 /// Slices of a bundle. A slice costs a box per leaf, four bytes per triangle.
 const N_SLICES: usize = 32;
 
-/// Rounding of an interpolated point, in shares of the largest coordinate: three operations of u each, and as much for
-/// the point on the plane itself.
-const CLIP_ERROR: f64 = 6.0 * U;
+/// Rounding of an interpolated point, in shares of the largest coordinate. What is added to a corner is at most twice
+/// that and goes through four operations of u each, and the sum is rounded once more; as much again for the point of the
+/// plane itself.
+const CLIP_ERROR: f64 = 20.0 * U;
 
 impl WideTree {
     /// Appends a bundle of triangles.
@@ -34,18 +36,31 @@ impl WideTree {
                 self.push_leaf(world, leaf)
             })
             .collect();
-        let slices: Vec<Vec<Option<Bounds>>> =
+        let slices: Vec<[Option<Bounds>; N_SLICES]> =
             members.par_chunks(MAX_LEAF).map(|leaf| slices_of(world, leaf)).collect();
-        let roots = (0..N_SLICES)
-            .filter_map(|slice| {
-                let in_slice = leaves.iter().zip(&slices).filter_map(|(leaf, boxes)| {
-                    boxes[slice].map(|bounds| Entry { bounds, tag: leaf.tag.shared(), ..*leaf })
-                });
-                self.push_balanced(in_slice.collect())
-            })
-            .collect();
+        let tree_of = |slice: usize| {
+            let in_slice = leaves.iter().zip(&slices).filter_map(|(leaf, boxes)| {
+                boxes[slice].map(|bounds| Entry { bounds, tag: leaf.tag.shared(), ..*leaf })
+            });
+            let mut tree = WideTree::default();
+            let root = tree.push_balanced(in_slice.collect());
+            (tree.nodes, root)
+        };
+        let trees: Vec<(Vec<WideNode>, Option<Entry>)> = (0..N_SLICES).into_par_iter().map(tree_of).collect();
+        let roots = trees.into_iter().filter_map(|(nodes, root)| Some(self.append_nodes(nodes, root?))).collect();
         self.has_shared_leaves = true;
         self.push_balanced(roots).unwrap_or(leaves[0])
+    }
+
+    /// Appends the nodes of a tree whose leaves are here already.
+    fn append_nodes(&mut self, mut nodes: Vec<WideNode>, mut root: Entry) -> Entry {
+        let by = [self.nodes.len(), 0, 0];
+        nodes.iter_mut().for_each(|node| join::shift(node, &by));
+        self.nodes.append(&mut nodes);
+        if root.tag == Tag::NODE {
+            root.child += by[0] as u32;
+        }
+        root
     }
 }
 
@@ -70,49 +85,63 @@ fn morton_code(p: DVec3) -> u32 {
 }
 
 /// The boxes of a leaf's pieces in each slice of the box that the bundle shares; `None` where it has none.
-fn slices_of(world: &World, leaf: &[PrimRef]) -> Vec<Option<Bounds>> {
+fn slices_of(world: &World, leaf: &[PrimRef]) -> [Option<Bounds>; N_SLICES] {
     // All triangles of the bundle have the same box.
     let whole = world.triangles.bounds(leaf[0].row());
     let extent = whole.extent();
     let axis = (0..3).max_by(|&i, &j| extent[i].total_cmp(&extent[j])).unwrap_or(0);
-    let plane = |i: usize| match i {
+    let planes: [f64; N_SLICES + 1] = std::array::from_fn(|i| match i {
         // The outermost planes are those of the box, whatever their rounding.
         0 => f64::from(whole.lo[axis]),
         N_SLICES => f64::from(whole.hi[axis]),
         _ => f64::from(whole.lo[axis]) + extent[axis] * (i as f64 / N_SLICES as f64),
-    };
-    let slice = |i: usize| {
-        let corners = leaf.iter().map(|prim| world.triangles.corners(prim.row()));
-        let pieces = corners.filter_map(|corners| clip(corners, axis, plane(i), plane(i + 1)));
-        let (lo, hi) = pieces.reduce(|(lo, hi), (piece_lo, piece_hi)| (lo.min(piece_lo), hi.max(piece_hi)))?;
+    });
+    let mut pieces = [Piece::EMPTY; N_SLICES];
+    for prim in leaf {
+        clip(&mut pieces, world.triangles.corners(prim.row()), axis, &planes);
+    }
+    pieces.map(|Piece { lo, hi }| {
         // A piece at the edge of the range of f32 keeps the whole box.
-        Some(Bounds::around(lo, hi).unwrap_or(whole))
-    };
-    (0..N_SLICES).map(slice).collect()
+        (lo.x <= hi.x).then(|| Bounds::around(lo, hi).unwrap_or(whole))
+    })
 }
 
-/// A box around the part of a triangle between two planes across an axis, widened by the rounding of the clipping.
-fn clip(corners: [Vec3; 3], axis: usize, from: f64, to: f64) -> Option<(DVec3, DVec3)> {
+/// A box around what lies in a slice.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    lo: DVec3,
+    hi: DVec3,
+}
+
+impl Piece {
+    const EMPTY: Piece = Piece { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
+
+    fn include(&mut self, p: DVec3, error: f64) {
+        self.lo = self.lo.min(p - error);
+        self.hi = self.hi.max(p + error);
+    }
+}
+
+/// Adds to each piece the part of a triangle between two planes across an axis, widened by the rounding of the clipping.
+fn clip(pieces: &mut [Piece; N_SLICES], corners: [Vec3; 3], axis: usize, planes: &[f64; N_SLICES + 1]) {
     let corners = corners.map(|corner| corner.as_dvec3());
-    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let mut include = |p: DVec3| {
-        lo = lo.min(p);
-        hi = hi.max(p);
-    };
+    let error = CLIP_ERROR * corners.iter().fold(0.0, |largest: f64, corner| largest.max(corner.abs().max_element()));
     for i in 0..3 {
         let (a, b) = (corners[i], corners[(i + 1) % 3]);
-        if (from..=to).contains(&a[axis]) {
-            include(a);
+        for (piece, slice) in pieces.iter_mut().zip(planes.windows(2)) {
+            if (slice[0]..=slice[1]).contains(&a[axis]) {
+                piece.include(a, error);
+            }
         }
-        for plane in [from, to] {
-            if (a[axis] < plane) != (b[axis] < plane) {
-                include(a + (b - a) * ((plane - a[axis]) / (b[axis] - a[axis])));
+        let slope = (b - a) / (b[axis] - a[axis]);
+        for (i, &plane) in planes.iter().enumerate().filter(|&(_, plane)| (a[axis] < *plane) != (b[axis] < *plane)) {
+            // A plane ends one slice and begins the next.
+            let p = a + slope * (plane - a[axis]);
+            for piece in &mut pieces[i.saturating_sub(1)..N_SLICES.min(i + 1)] {
+                piece.include(p, error);
             }
         }
     }
-    let largest = corners.iter().fold(0.0, |largest: f64, corner| largest.max(corner.abs().max_element()));
-    let error = CLIP_ERROR * largest;
-    (lo.x <= hi.x).then(|| (lo - error, hi + error))
 }
 
 #[cfg(test)]

@@ -77,7 +77,6 @@ impl PacketShear {
         let error = (width * (width + reach)).mul_add(simd.splat(EDGE_ERROR * U32), simd.splat(f32::MIN_POSITIVE));
         PacketEdges { normals: [cross(b, c), cross(c, a), cross(a, b)], error, depths: [az, bz, cz], largest_depth }
     }
-
 }
 
 impl Span {

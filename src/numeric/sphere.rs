@@ -63,9 +63,7 @@ pub fn open_lanes<S: Simd>(simd: S, ray: &PreparedRay, columns: &[[f64; WIDTH64]
     let margin = simd.splat64(16.0 * U) * (b.abs() + root + r * simd.splat64(a.sqrt())) + underflow;
     let of_a = simd.splat64(1.0 / a);
     let (t_low, t_high) = (-(b + root + margin) * of_a, (root - b + margin) * of_a);
-    let missed = largest.lt(simd.splat64(0.0))
-        | simd.splat64(ray.t_max).lt(t_low)
-        | t_high.lt(simd.splat64(ray.t_min));
+    let missed = largest.lt(simd.splat64(0.0)) | simd.splat64(ray.t_max).lt(t_low) | t_high.lt(simd.splat64(ray.t_min));
     // Products of what is not tame may lose more than the bounds allow for.
     if ray.tame { (!missed).bits() } else { (1 << WIDTH64) - 1 }
 }
