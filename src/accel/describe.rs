@@ -97,7 +97,7 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
             let at = Parameter { t: t[lane], t_rest: rest[lane] as f32 };
             Some(TriangleHit { at, u: u[lane], v: v[lane] })
         } else {
-            describe_one(tree, &rays[of.ray_idx as usize], of.pending)
+            describe_one(simd, tree, &rays[of.ray_idx as usize], of.pending)
         };
         // A triangle is only pending when it is certainly hit.
         debug_assert!(hit.is_some());
@@ -107,9 +107,8 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
     }
 }
 
-#[cold]
-#[inline(never)]
-fn describe_one(tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> Option<TriangleHit> {
+#[inline(always)]
+fn describe_one<S: Simd>(simd: S, tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> Option<TriangleHit> {
     let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
-    triangle::intersect(&ray.prepare()?, corners)
+    triangle::intersect(&ray.prepare_with(simd)?, corners)
 }

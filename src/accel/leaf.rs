@@ -94,12 +94,17 @@ pub fn settle(tree: &WideTree, walk: &mut Walk) {
 }
 
 /// The hit of a triangle, by itself.
-#[cold]
-#[inline(never)]
+#[inline(always)]
 fn describe(tree: &WideTree, walk: &Walk, Pending { first, n_prims, lane }: Pending) -> Option<Hit> {
     let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
     let hit = triangle::intersect(&walk.ray, corners)?;
     Some(Hit::of_triangle(&hit, tree.triangle_rows[first as usize + usize::from(lane)] as usize))
+}
+
+/// Whether the line certainly meets the triangle behind the ray's origin: what the ray has just left, mostly.
+#[inline(always)]
+fn is_behind(tree: &WideTree, walk: &Walk, Pending { first, n_prims, lane }: Pending) -> bool {
+    triangle::is_behind(&walk.ray, tree.corners_of(first as usize, n_prims.into(), lane.into()))
 }
 
 #[inline(always)]
@@ -128,7 +133,7 @@ fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u
             if high < walk.best.t_low {
                 walk.keep_pending(candidate, low, high);
             }
-        } else {
+        } else if low > 0.0 || !is_behind(tree, walk, candidate) {
             let hit = describe(tree, walk, candidate);
             offer(tree, walk, hit);
         }
@@ -153,13 +158,13 @@ fn any_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, n_pr
 }
 
 /// Tests the lanes that f32 left open.
-#[cold]
-#[inline(never)]
+#[inline(always)]
 fn any_by_one(tree: &WideTree, walk: &Walk, first: u32, n_prims: usize, mut open: u32) -> bool {
     while open != 0 {
         let lane = open.trailing_zeros() as usize;
         open &= open - 1;
-        if triangle::occludes(&walk.ray, tree.corners_of(first as usize, n_prims, lane)) {
+        let corners = tree.corners_of(first as usize, n_prims, lane);
+        if !triangle::is_behind(&walk.ray, corners) && triangle::occludes(&walk.ray, corners) {
             return true;
         }
     }

@@ -174,7 +174,7 @@ impl PacketQuery for Closest {
             taken &= taken - 1;
         }
         while rest != 0 {
-            closest_by_one(tree, found, lanes * WIDTH + rest.trailing_zeros() as usize, triangle);
+            closest_by_one(simd, tree, found, lanes * WIDTH + rest.trailing_zeros() as usize, triangle);
             rest &= rest - 1;
         }
     }
@@ -182,7 +182,7 @@ impl PacketQuery for Closest {
 
 impl PacketQuery for Any {
     #[inline(always)]
-    fn take<S: Simd>(_simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
+    fn take<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, triangle, open, certain, .. } = meeting;
         let certain = certain.bits();
         let mut open = open.bits();
@@ -190,7 +190,7 @@ impl PacketQuery for Any {
             let lane = open.trailing_zeros() as usize;
             open &= open - 1;
             let i = lanes * WIDTH + lane;
-            if certain >> lane & 1 == 1 || occludes_by_one(tree, &found.rays[i], triangle) {
+            if certain >> lane & 1 == 1 || occludes_by_one(simd, tree, &found.rays[i], triangle) {
                 found.answers[i] = true;
                 found.t_max[lanes][lane] = DONE;
             }
@@ -201,18 +201,19 @@ impl PacketQuery for Any {
 /// The `t_max` of a ray that is answered: nothing lies in front of it.
 const DONE: f32 = f32::NEG_INFINITY;
 
-#[cold]
-#[inline(never)]
-fn occludes_by_one(tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> bool {
+#[inline(always)]
+fn occludes_by_one<S: Simd>(simd: S, tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> bool {
     let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
-    ray.prepare().is_some_and(|ray| triangle::occludes(&ray, corners))
+    match ray.prepare_with(simd) {
+        Some(ray) => triangle::occludes(&ray, corners),
+        None => false,
+    }
 }
 
 /// Compares a triangle with the best hit of a ray where intervals are not enough.
-#[cold]
-#[inline(never)]
-fn closest_by_one(tree: &WideTree, found: &mut Found<Hit>, i: usize, triangle: Pending) {
-    let Some(ray) = found.rays[i].prepare() else { return };
+#[inline(always)]
+fn closest_by_one<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, i: usize, triangle: Pending) {
+    let Some(ray) = found.rays[i].prepare_with(simd) else { return };
     if found.is_pending >> i & 1 == 1 {
         found.is_pending &= !(1 << i);
         // A triangle is only pending when it is certainly hit.
@@ -227,6 +228,7 @@ fn closest_by_one(tree: &WideTree, found: &mut Found<Hit>, i: usize, triangle: P
     }
 }
 
+#[inline(always)]
 fn describe(tree: &WideTree, ray: &PreparedRay, Pending { first, n_prims, lane }: Pending) -> Option<Hit> {
     let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
     let row = tree.triangle_rows[first as usize + usize::from(lane)] as usize;

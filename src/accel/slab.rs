@@ -54,7 +54,6 @@ impl SlabRay {
         // since ∞ would be no lower bound.
         let [near, _] = (sizes[0] * sizes[0].same(1.0 - INVERSE_MARGIN)).outwards();
         let [_, far] = (sizes[1] * sizes[1].same(1.0 + INVERSE_MARGIN)).outwards();
-        let runs_down = [octant & 1 != 0, octant & 2 != 0, octant & 4 != 0];
         let mut slab_ray = SlabRay {
             near_origin: [0.0; WIDTH64],
             far_origin: [0.0; WIDTH64],
@@ -62,15 +61,18 @@ impl SlabRay {
             far_inverse: [0.0; WIDTH64],
             // −0.0 would make a key that is greater than all others.
             t_min: t_min + 0.0,
-            runs_down,
+            runs_down: [octant & 1 != 0, octant & 2 != 0, octant & 4 != 0],
             octant: octant & 0b111,
         };
-        for axis in 0..3 {
-            let down = usize::from(runs_down[axis]);
-            let sign = u32::from(runs_down[axis]) << 31;
-            slab_ray.near_origin[axis] = origin[1 - down][axis];
-            slab_ray.far_origin[axis] = origin[down][axis];
-            slab_ray.near_inverse[axis] = f32::from_bits(near[axis].min(f32::MAX).to_bits() ^ sign);
+        // Four at a time and without branches, the last for nothing.
+        for axis in 0..WIDTH64 {
+            let runs_down = octant >> axis & 1 == 1;
+            let sign = u32::from(octant >> axis & 1) << 31;
+            let [down, up] = [origin[0][axis], origin[1][axis]];
+            slab_ray.near_origin[axis] = if runs_down { down } else { up };
+            slab_ray.far_origin[axis] = if runs_down { up } else { down };
+            let near = if near[axis] < f32::MAX { near[axis] } else { f32::MAX };
+            slab_ray.near_inverse[axis] = f32::from_bits(near.to_bits() ^ sign);
             slab_ray.far_inverse[axis] = f32::from_bits(far[axis].to_bits() ^ sign);
         }
         slab_ray

@@ -12,8 +12,14 @@ use super::walk::Walk;
 use super::wide::{N_COORDINATES, WideTree};
 use crate::simd::{Simd, WIDTH};
 
-/// Rays in flight: enough to cover a fetch from memory, few enough to stay in the first-level cache.
+/// Rays in flight at most: enough to cover a fetch from memory.
 const IN_FLIGHT: usize = 32;
+
+/// Rays in flight where the tree lies in the caches: what the rays carry then fits into the nearest one.
+const FEW_IN_FLIGHT: usize = 16;
+
+/// Bytes of nodes up to which a tree is taken to lie in the caches.
+const SMALL_TREE: usize = 4 << 20;
 
 /// Items that a ray in flight has room for, a power of two.
 const STACK_SIZE: usize = 512;
@@ -66,7 +72,9 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let is_empty = tree.nodes.is_empty();
     let mut at = Places::default();
     let mut number = 0;
-    for (i, flight) in flights.iter_mut().enumerate() {
+    let is_small = size_of_val(tree.nodes.as_slice()) <= SMALL_TREE;
+    let n_flights = if is_small { FEW_IN_FLIGHT } else { IN_FLIGHT };
+    for (i, flight) in flights[..n_flights].iter_mut().enumerate() {
         number += 1;
         at.begin(i, is_empty, flight.begin(simd, asked, number));
     }

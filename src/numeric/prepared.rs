@@ -57,21 +57,15 @@ impl PreparedRay {
         t_max: f64,
     ) -> Option<PreparedRay> {
         let (o, d) = (lanes(simd, origin).abs(), lanes(simd, direction).abs());
+        // What is tame is finite: most rays need no other test.
+        let tame = (tame(simd, o) & tame(simd, d)).bits() == 0b1111;
         let infinity = simd.splat64(f64::INFINITY);
-        let finite = o.lt(infinity) & d.lt(infinity);
-        let zero = simd.splat64(0.0);
-        let directed = zero.lt(d).bits() & 0b111 != 0;
-        if !(finite.bits() == 0b1111 && directed && t_min >= 0.0 && t_min < t_max) {
+        let finite = tame || (o.lt(infinity) & d.lt(infinity)).bits() == 0b1111;
+        let directed = simd.splat64(0.0).lt(d).bits() & 0b111 != 0;
+        if !(finite & directed & (t_min >= 0.0) & (t_min < t_max)) {
             return None;
         }
-        Some(PreparedRay {
-            origin,
-            direction,
-            t_min,
-            t_max,
-            axis: longest_axis(direction),
-            tame: (tame(simd, o) & tame(simd, d)).bits() == 0b1111,
-        })
+        Some(PreparedRay { origin, direction, t_min, t_max, axis: longest_axis(direction), tame })
     }
 
     /// The axes in cyclic order, the last the one along which the direction is longest.

@@ -73,6 +73,24 @@ pub fn occludes(ray: &PreparedRay, corners: [Vec3; 3]) -> bool {
     }
 }
 
+/// Whether the ray's line certainly meets the triangle's plane behind the origin: f64 mostly knows it of the triangle that a
+/// ray has just left, and of nothing else is it asked.
+///
+/// In units of u, edges are wrong by 1, products of them by 3 and a component of n by 4 of its two products; n·(a − o) adds
+/// 1 for a − o, 1 for the product and 2 for sums, n·d one less.
+#[inline(always)]
+pub fn is_behind(ray: &PreparedRay, corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners;
+    let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
+    let (e, f, to_plane) = (b - a, c - a, a - ray.origin);
+    let (p, q) = (DVec3::new(e.y * f.z, e.z * f.x, e.x * f.y), DVec3::new(e.z * f.y, e.x * f.z, e.y * f.x));
+    let (n, size) = (p - q, p.abs() + q.abs());
+    let (numerator, denominator) = (n.dot(to_plane), n.dot(ray.direction));
+    let certain = numerator.abs() > 9.0 * U * size.dot(to_plane.abs())
+        && denominator.abs() > 8.0 * U * size.dot(ray.direction.abs());
+    ray.tame && certain && (numerator < 0.0) != (denominator < 0.0)
+}
+
 /// What f64 can tell of a ray's line and the edges.
 enum Edges {
     /// It certainly passes outside.
