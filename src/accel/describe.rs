@@ -7,7 +7,7 @@ use crate::numeric::plane::{Pair, divide, plane_quotient};
 use crate::numeric::prepared::AXES;
 use crate::numeric::ratio::{ACCEPTED_RELATIVE_ERROR, Parameter};
 use crate::numeric::triangle::{self, TriangleHit};
-use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
+use crate::simd::{Batch, F64Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::{Hit, Ray};
 
 /// A hit that is still to be described.
@@ -97,7 +97,10 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
             let at = Parameter { t: t[lane], t_rest: rest[lane] as f32 };
             Some(TriangleHit { at, u: u[lane], v: v[lane] })
         } else {
-            describe_one(simd, tree, &rays[of.ray_idx as usize], of.pending)
+            let mut described = None;
+            let ray = &rays[of.ray_idx as usize];
+            simd.apart(DescribeOne { tree, ray, pending: of.pending, described: &mut described });
+            described
         };
         // A triangle is only pending when it is certainly hit.
         debug_assert!(hit.is_some());
@@ -107,8 +110,21 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
     }
 }
 
-#[inline(always)]
-fn describe_one<S: Simd>(simd: S, tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> Option<TriangleHit> {
-    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
-    triangle::intersect(&ray.prepare_with(simd)?, corners)
+/// A hit by itself, where the arithmetic of four is not certain.
+struct DescribeOne<'a> {
+    tree: &'a WideTree,
+    ray: &'a Ray,
+    pending: Pending,
+    described: &'a mut Option<TriangleHit>,
+}
+
+impl Batch for DescribeOne<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Pending { first, n_prims, lane } = self.pending;
+        let corners = self.tree.corners_of(first as usize, n_prims.into(), lane.into());
+        if let Some(ray) = self.ray.prepare_with(simd) {
+            *self.described = triangle::intersect(&ray, corners);
+        }
+    }
 }

@@ -4,7 +4,7 @@ use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::{sphere, triangle};
-use crate::simd::{F32Lanes, MaskLanes, Simd, WIDTH64};
+use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::{Hit, PrimKind, PrimRef, World};
 
 /// Tests a leaf for the closest hit.
@@ -101,10 +101,24 @@ fn describe(tree: &WideTree, walk: &Walk, Pending { first, n_prims, lane }: Pend
     Some(Hit::of_triangle(&hit, tree.triangle_rows[first as usize + usize::from(lane)] as usize))
 }
 
-/// Whether the line certainly meets the triangle behind the ray's origin: what the ray has just left, mostly.
-#[inline(always)]
-fn is_behind(tree: &WideTree, walk: &Walk, Pending { first, n_prims, lane }: Pending) -> bool {
-    triangle::is_behind(&walk.ray, tree.corners_of(first as usize, n_prims.into(), lane.into()))
+/// A triangle of which f32 is not certain, or that may tie with the best hit.
+struct ByOne<'a> {
+    tree: &'a WideTree,
+    walk: &'a mut Walk,
+    candidate: Pending,
+}
+
+impl Batch for ByOne<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _simd: S) {
+        let ByOne { tree, walk, candidate: Pending { first, n_prims, lane } } = self;
+        let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
+        // Mostly it is what the ray has just left.
+        if !triangle::is_behind(&walk.ray, corners) {
+            let hit = describe(tree, walk, self.candidate);
+            offer(tree, walk, hit);
+        }
+    }
 }
 
 #[inline(always)]
@@ -133,9 +147,8 @@ fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u
             if high < walk.best.t_low {
                 walk.keep_pending(candidate, low, high);
             }
-        } else if low > 0.0 || !is_behind(tree, walk, candidate) {
-            let hit = describe(tree, walk, candidate);
-            offer(tree, walk, hit);
+        } else {
+            simd.apart(ByOne { tree, walk, candidate });
         }
     }
 }
@@ -154,19 +167,32 @@ fn any_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, n_pr
         return false;
     }
     let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
-    open & (edges.certain() & within).bits() != 0 || any_by_one(tree, walk, first, n_prims, open)
+    let mut is_hit = open & (edges.certain() & within).bits() != 0;
+    if !is_hit {
+        simd.apart(AnyByOne { tree, walk, first, n_prims, open, is_hit: &mut is_hit });
+    }
+    is_hit
 }
 
-/// Tests the lanes that f32 left open.
-#[inline(always)]
-fn any_by_one(tree: &WideTree, walk: &Walk, first: u32, n_prims: usize, mut open: u32) -> bool {
-    while open != 0 {
-        let lane = open.trailing_zeros() as usize;
-        open &= open - 1;
-        let corners = tree.corners_of(first as usize, n_prims, lane);
-        if !triangle::is_behind(&walk.ray, corners) && triangle::occludes(&walk.ray, corners) {
-            return true;
+/// The triangles of a leaf that f32 left open.
+struct AnyByOne<'a> {
+    tree: &'a WideTree,
+    walk: &'a Walk,
+    first: u32,
+    n_prims: usize,
+    open: u32,
+    is_hit: &'a mut bool,
+}
+
+impl Batch for AnyByOne<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _simd: S) {
+        let AnyByOne { tree, walk, first, n_prims, mut open, is_hit } = self;
+        while open != 0 && !*is_hit {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            let corners = tree.corners_of(first as usize, n_prims, lane);
+            *is_hit = !triangle::is_behind(&walk.ray, corners) && triangle::occludes(&walk.ray, corners);
         }
     }
-    false
 }

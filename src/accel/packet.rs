@@ -14,7 +14,7 @@ use crate::numeric::lane::LaneEdges;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
-use crate::simd::{F32Lanes, MaskLanes, Simd, WIDTH};
+use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH};
 use crate::world::{Hit, Ray};
 
 /// What the rays of a packet have found so far.
@@ -174,7 +174,8 @@ impl PacketQuery for Closest {
             taken &= taken - 1;
         }
         while rest != 0 {
-            closest_by_one(simd, tree, found, lanes * WIDTH + rest.trailing_zeros() as usize, triangle);
+            let i = lanes * WIDTH + rest.trailing_zeros() as usize;
+            simd.apart(ClosestByOne { tree, found, i, triangle });
             rest &= rest - 1;
         }
     }
@@ -190,7 +191,11 @@ impl PacketQuery for Any {
             let lane = open.trailing_zeros() as usize;
             open &= open - 1;
             let i = lanes * WIDTH + lane;
-            if certain >> lane & 1 == 1 || occludes_by_one(simd, tree, &found.rays[i], triangle) {
+            let mut is_hit = certain >> lane & 1 == 1;
+            if !is_hit {
+                simd.apart(AnyByOne { tree, ray: &found.rays[i], triangle, is_hit: &mut is_hit });
+            }
+            if is_hit {
                 found.answers[i] = true;
                 found.t_max[lanes][lane] = DONE;
             }
@@ -201,30 +206,50 @@ impl PacketQuery for Any {
 /// The `t_max` of a ray that is answered: nothing lies in front of it.
 const DONE: f32 = f32::NEG_INFINITY;
 
-#[inline(always)]
-fn occludes_by_one<S: Simd>(simd: S, tree: &WideTree, ray: &Ray, Pending { first, n_prims, lane }: Pending) -> bool {
-    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
-    match ray.prepare_with(simd) {
-        Some(ray) => triangle::occludes(&ray, corners),
-        None => false,
+/// Whether a triangle lies in a ray's interval, where f32 is not certain.
+struct AnyByOne<'a> {
+    tree: &'a WideTree,
+    ray: &'a Ray,
+    triangle: Pending,
+    is_hit: &'a mut bool,
+}
+
+impl Batch for AnyByOne<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Pending { first, n_prims, lane } = self.triangle;
+        let corners = self.tree.corners_of(first as usize, n_prims.into(), lane.into());
+        if let Some(ray) = self.ray.prepare_with(simd) {
+            *self.is_hit = triangle::occludes(&ray, corners);
+        }
     }
 }
 
-/// Compares a triangle with the best hit of a ray where intervals are not enough.
-#[inline(always)]
-fn closest_by_one<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, i: usize, triangle: Pending) {
-    let Some(ray) = found.rays[i].prepare_with(simd) else { return };
-    if found.is_pending >> i & 1 == 1 {
-        found.is_pending &= !(1 << i);
-        // A triangle is only pending when it is certainly hit.
-        let best = describe(tree, &ray, found.pending[i]);
-        debug_assert!(best.is_some());
-        found.keep(i, best.unwrap_or(Hit::MISS));
-    }
-    if let Some(hit) = describe(tree, &ray, triangle)
-        && hit.is_before(&found.answers[i])
-    {
-        found.keep(i, hit);
+/// Compares a triangle with the best hit of a ray, where intervals are not enough.
+struct ClosestByOne<'a, 'b> {
+    tree: &'a WideTree,
+    found: &'a mut Found<'b, Hit>,
+    i: usize,
+    triangle: Pending,
+}
+
+impl Batch for ClosestByOne<'_, '_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let ClosestByOne { tree, found, i, triangle } = self;
+        let Some(ray) = found.rays[i].prepare_with(simd) else { return };
+        if found.is_pending >> i & 1 == 1 {
+            found.is_pending &= !(1 << i);
+            // A triangle is only pending when it is certainly hit.
+            let best = describe(tree, &ray, found.pending[i]);
+            debug_assert!(best.is_some());
+            found.keep(i, best.unwrap_or(Hit::MISS));
+        }
+        if let Some(hit) = describe(tree, &ray, triangle)
+            && hit.is_before(&found.answers[i])
+        {
+            found.keep(i, hit);
+        }
     }
 }
 

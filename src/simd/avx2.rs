@@ -58,6 +58,15 @@ unsafe fn run_avx2<B: Batch>(avx2: Avx2, batch: B) {
     batch.run(avx2);
 }
 
+/// # Safety
+/// The processor must have the features named here.
+#[cold]
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_apart<B: Batch>(avx2: Avx2, batch: B) {
+    batch.run(avx2);
+}
+
 /// An intrinsic on lanes that exist.
 macro_rules! intrinsic {
     ($call:expr) => {
@@ -109,6 +118,12 @@ impl Simd for Avx2 {
     fn load64(self, from: &[f64; WIDTH64]) -> F64x4 {
         // SAFETY: AVX2 is there, and the array holds the four f64 that are read; no alignment is needed.
         F64x4(unsafe { _mm256_loadu_pd(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn apart<B: Batch>(self, batch: B) {
+        // SAFETY: `self` proves that the processor has every feature that `run_apart` is compiled for.
+        unsafe { run_apart(self, batch) }
     }
 
     #[inline(always)]

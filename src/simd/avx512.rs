@@ -60,6 +60,10 @@ impl Simd for Avx512 {
         self.0.load64(from)
     }
     #[inline(always)]
+    fn apart<B: Batch>(self, batch: B) {
+        self.0.apart(batch);
+    }
+    #[inline(always)]
     fn prefetch_either<T, U>(self, first: &[T], second: &[U], is_second: bool, row: usize) {
         self.0.prefetch_either(first, second, is_second, row);
     }

@@ -69,6 +69,9 @@ pub trait Simd: Copy {
     /// Four numbers.
     fn load64(self, from: &[f64; WIDTH64]) -> Self::F64;
 
+    /// Runs something rare out of line, compiled for this set: inlined, it would cost the common case registers.
+    fn apart<B: Batch>(self, batch: B);
+
     /// Asks for 256 bytes of a table ahead of time: of the second if `is_second`, else of the first.
     fn prefetch_either<T, U>(self, first: &[T], second: &[U], is_second: bool, row: usize);
 

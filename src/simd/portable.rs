@@ -4,7 +4,7 @@ use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::rounding::{f32_at_least, f32_at_most};
-use super::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
+use super::{Batch, F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
 
 /// No instruction set beyond the baseline.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +52,12 @@ impl Simd for Portable {
     #[inline(always)]
     fn load64(self, from: &[f64; WIDTH64]) -> Self::F64 {
         Array(*from)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn apart<B: Batch>(self, batch: B) {
+        batch.run(self);
     }
 
     #[inline(always)]
