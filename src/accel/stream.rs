@@ -21,8 +21,8 @@ const FEW_IN_FLIGHT: usize = 16;
 /// Bytes of nodes up to which a tree is taken to lie in the caches.
 const SMALL_TREE: usize = 4 << 20;
 
-/// Items that a ray in flight has room for, a power of two.
-const STACK_SIZE: usize = 512;
+/// Items that a ray in flight has room for, a power of two: enough for trees of 16 levels.
+const STACK_SIZE: usize = 128;
 
 /// A ray in flight.
 #[derive(Clone)]
@@ -47,7 +47,8 @@ struct Places {
     ended: u32,
 }
 
-/// Whether rays of this tree fit in flight: a tree would have to be 70 levels deep not to.
+/// Whether rays of this tree fit in flight: ten million triangles take 11 levels, and deeper trees are rare enough to be
+/// walked ray by ray.
 pub fn can_run(tree: &WideTree) -> bool {
     tree.stack_size() <= STACK_SIZE
 }
@@ -67,14 +68,13 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
         is_over: false,
         stack: [0; STACK_SIZE + WIDTH],
     };
-    let mut flights = vec![nowhere; IN_FLIGHT];
-    let Some(flights) = flights.first_chunk_mut::<IN_FLIGHT>() else { return };
+    let is_small = size_of_val(tree.nodes.as_slice()) <= SMALL_TREE;
+    let n_flights = if is_small { FEW_IN_FLIGHT } else { IN_FLIGHT };
+    let mut flights = vec![nowhere; n_flights.min(asked.rays.len())];
     let is_empty = tree.nodes.is_empty();
     let mut at = Places::default();
     let mut number = 0;
-    let is_small = size_of_val(tree.nodes.as_slice()) <= SMALL_TREE;
-    let n_flights = if is_small { FEW_IN_FLIGHT } else { IN_FLIGHT };
-    for (i, flight) in flights[..n_flights].iter_mut().enumerate() {
+    for (i, flight) in flights.iter_mut().enumerate() {
         number += 1;
         at.begin(i, is_empty, flight.begin(simd, asked, number));
     }
@@ -82,15 +82,15 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     while at.nodes | at.leaves | at.ended != 0 {
         // Nodes: first all boxes, which takes no branch that could go wrong, then what to do next.
         for i in bits(at.nodes) {
-            flights[i % IN_FLIGHT].push_children(simd, tree);
+            flights[i].push_children(simd, tree);
         }
         for i in bits(std::mem::take(&mut at.nodes)) {
-            flights[i % IN_FLIGHT].advance(simd, tree, &mut at, i);
+            flights[i].advance(simd, tree, &mut at, i);
         }
 
         // Leaves.
         for i in bits(std::mem::take(&mut at.leaves)) {
-            let flight = &mut flights[i % IN_FLIGHT];
+            let flight = &mut flights[i];
             let item = flight.item;
             if !mailboxes.has(item, flight.number) {
                 flight.is_over = Q::leaf(simd, tree, world, &mut flight.walk, item.child(), item.tag());
@@ -104,7 +104,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
 
         // Ends, and new rays.
         for i in bits(std::mem::take(&mut at.ended)) {
-            let flight = &mut flights[i % IN_FLIGHT];
+            let flight = &mut flights[i];
             asked.end(&flight.walk, flight.is_over, flight.ray_idx);
             number += 1;
             at.begin(i, is_empty, flight.begin(simd, asked, number));

@@ -5,7 +5,7 @@ use super::mesh::Mesh;
 use super::primitive::Primitive;
 use super::probe;
 use super::tally::Tally;
-use crate::accel::{Accel, AccelKind};
+use crate::accel::{Accel, AccelKind, Mode};
 use crate::world::{Hit, Ray, World, prim};
 
 /// A world and its structures.
@@ -15,6 +15,8 @@ pub struct Scene {
     pub world: World,
     /// The structure under test.
     pub bvh: Accel,
+    /// The same structure, walked ray by ray.
+    one_by_one: Accel,
     /// The full scan.
     pub linear: Accel,
 }
@@ -23,8 +25,9 @@ impl Scene {
     /// Builds both structures.
     pub fn new(world: World) -> Scene {
         let bvh = Accel::build(&world, AccelKind::Bvh);
+        let one_by_one = bvh.clone().with_mode(Mode::Single);
         let linear = Accel::build(&world, AccelKind::Linear);
-        Scene { world, bvh, linear }
+        Scene { world, bvh, one_by_one, linear }
     }
 
     /// A scene of meshes, one after another. A mesh whose indices are wrong is left out.
@@ -59,11 +62,29 @@ impl Scene {
         answers
     }
 
-    /// Whether BVH and full scan agree on a ray in all bits, and on whether anything is hit; the hit of the BVH.
+    /// Whether BVH and full scan agree on a ray in all bits, and on whether anything is hit, alone and in a packet; the hit of
+    /// the BVH.
     pub fn agrees(&self, tally: &mut Tally, ray: &Ray) -> (bool, Hit) {
         let hit = tally.watch(|| self.closest(ray));
         let agree = same_bits(&hit, &self.scan(ray)) && self.occluded(ray) == [hit.is_some(); 2];
-        (agree, hit)
+        (agree && self.agrees_in_packet(ray, &hit), hit)
+    }
+
+    /// Whether a ray has the same answers among fifteen others of its origin that run beside it, and they the same as one by
+    /// one.
+    fn agrees_in_packet(&self, ray: &Ray, hit: &Hit) -> bool {
+        let packet = beside(ray);
+        let ask = |accel: &Accel| {
+            let (mut hits, mut occluded) = ([Hit::MISS; N_BESIDE], [false; N_BESIDE]);
+            accel.closest_hit(&self.world, &packet, &mut hits);
+            accel.occluded(&self.world, &packet, &mut occluded);
+            (hits, occluded)
+        };
+        let ((packed, occluded), (single, occluded_single)) = (ask(&self.bvh), ask(&self.one_by_one));
+        same_bits(&packed[0], hit)
+            && packed.iter().zip(&single).all(|(a, b)| same_bits(a, b))
+            && occluded == occluded_single
+            && occluded[0] == hit.is_some()
     }
 
     /// Whether a hit is right about the primitive that it names, by the oracle.
@@ -90,6 +111,26 @@ impl Scene {
         })
     }
 }
+
+/// Rays of a packet.
+const N_BESIDE: usize = 16;
+
+/// A ray and fifteen that run beside it: the widths of the packets, in shares of the direction's length, grow from ray to
+/// ray of a scene, and many directions repeat a component of the ray's.
+fn beside(ray: &Ray) -> [Ray; N_BESIDE] {
+    let length = ray.direction.abs().max_element();
+    // A width that differs from ray to ray and is the same in every run.
+    let width = length * WIDTHS[(ray.direction.x.to_bits() ^ ray.direction.y.to_bits()) as usize % WIDTHS.len()];
+    std::array::from_fn(|i| {
+        let axis = i % 3;
+        let mut direction = ray.direction;
+        direction[axis] += width * (i as f64 / N_BESIDE as f64);
+        Ray { direction, ..*ray }
+    })
+}
+
+/// From rays that are almost one to the widest that are packed.
+const WIDTHS: [f64; 5] = [1e-12, 1e-7, 1e-4, 1e-2, 0.1];
 
 /// Whether two hits are the same in every bit.
 pub fn same_bits(a: &Hit, b: &Hit) -> bool {
