@@ -6,11 +6,12 @@ use std::io::Cursor;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use flatray::accel::{Accel, AccelKind};
+use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::film::output::Format;
 use flatray::film::{Display, Encoder, Film, Region, Rows};
 use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
 use flatray::scene::Compiled;
+use flatray::simd::Isa;
 use world_kit::{center_settings, load_scene, scene_names};
 
 /// Five jittered samples: odd counts put batch borders inside of pixels.
@@ -46,6 +47,24 @@ fn threads_and_tiles_do_not_show_in_the_bits_of_any_scene() {
         for (threads, tile_size_px) in [(1, 7), (1, 1000), (2, 8), (2, 32), (5, 64), (5, 1)] {
             let other = shoot(&scene, &accel, &Settings { threads, tile_size_px, ..settings.clone() });
             assert_same(&other, &reference, &format!("{name}, {threads} threads, tiles of {tile_size_px}"));
+        }
+    }
+}
+
+#[test]
+fn instruction_sets_modes_and_presets_do_not_show_in_the_bits_of_any_scene() {
+    for name in scene_names() {
+        let scene = load_scene(&name, 37, 23);
+        let settings = jittered(&scene);
+        let reference = shoot(&scene, &Accel::build(&scene.world, AccelKind::Linear), &settings);
+        for preset in Preset::ALL {
+            let accel = Accel::build_with(&scene.world, AccelKind::Bvh, preset);
+            for isa in [Isa::Baseline, Isa::Avx2, Isa::Avx512].into_iter().filter(|isa| isa.is_available()) {
+                for mode in [Mode::Auto, Mode::Single, Mode::Batch] {
+                    let other = shoot(&scene, &accel.clone().with_isa(isa).with_mode(mode), &settings);
+                    assert_same(&other, &reference, &format!("{name}, {preset:?}, {isa:?}, {mode:?}"));
+                }
+            }
         }
     }
 }

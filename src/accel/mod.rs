@@ -214,6 +214,11 @@ impl Accel {
         Accel { isa, ..self }
     }
 
+    /// The instruction set that it is walked with.
+    pub fn isa(&self) -> Isa {
+        self.isa
+    }
+
     /// The same structure, walked in another mode; the answers are the same.
     pub fn with_mode(self, mode: Mode) -> Accel {
         Accel { mode, ..self }

@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
+use super::failure::Failure;
 use super::value;
 use crate::film::Region;
+use crate::simd::Isa;
 
 // The first three are the ranges that scene files have too.
 const MAX_LENGTH_PX: i64 = 65_535;
@@ -170,6 +173,9 @@ pub struct RenderArgs {
     /// What to spend on the tree; every preset gives the same bits [default: medium]
     #[arg(long, value_name = "PRESET", help_heading = "Speed")]
     pub bvh: Option<BvhArg>,
+    /// Instruction set; every one gives the same bits [default: the fastest that this processor has]
+    #[arg(long, value_name = "ISA", help_heading = "Speed")]
+    pub isa: Option<IsaArg>,
 }
 
 /// Arguments of `flatray info`.
@@ -261,6 +267,33 @@ pub enum BvhArg {
     Medium,
     /// The best tree, built in several times the time
     High,
+}
+
+/// `--isa`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum IsaArg {
+    /// What every processor of the architecture has
+    Baseline,
+    /// AVX2 and FMA
+    Avx2,
+    /// The same lanes with AVX-512's encodings
+    Avx512,
+}
+
+impl From<IsaArg> for Isa {
+    fn from(arg: IsaArg) -> Isa {
+        match arg {
+            IsaArg::Baseline => Isa::Baseline,
+            IsaArg::Avx2 => Isa::Avx2,
+            IsaArg::Avx512 => Isa::Avx512,
+        }
+    }
+}
+
+/// The refusal of an instruction set that this processor lacks.
+pub fn missing_isa(command: &str, isa: Isa) -> Failure {
+    let name = format!("{isa:?}").to_lowercase();
+    Failure::usage(command, ErrorKind::ValueValidation, format!("this processor does not have '--isa {name}'"))
 }
 
 /// `--compat`

@@ -2,12 +2,13 @@
 
 use clap::error::ErrorKind;
 
-use super::args::{AccelArg, BvhArg, CompatArg, RenderArgs, SamplerArg, UpArg};
+use super::args::{AccelArg, BvhArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
 use super::failure::Failure;
 use crate::accel::{AccelKind, Preset};
 use crate::film::Region;
 use crate::render::{Sampler, Settings};
 use crate::scene::{Compiled, Overrides, RenderKeys, SamplerKey, UpAxis};
+use crate::simd::Isa;
 
 const DEFAULT_SAMPLES: u32 = 16;
 const DEFAULT_MAX_DEPTH: u32 = 5;
@@ -26,6 +27,8 @@ pub struct Plan {
     pub accel: AccelKind,
     /// What to spend on the tree.
     pub preset: Preset,
+    /// Instruction set.
+    pub isa: Isa,
     /// Exposure of PNGs in stops.
     pub exposure_ev: f64,
 }
@@ -66,6 +69,12 @@ pub fn preset(arg: Option<BvhArg>) -> Preset {
         BvhArg::Medium => Preset::Medium,
         BvhArg::High => Preset::High,
     })
+}
+
+/// The instruction set asked for, or the fastest.
+fn isa(args: &RenderArgs) -> Result<Isa, Failure> {
+    let isa = args.isa.map_or_else(Isa::detect, Isa::from);
+    if isa.is_available() { Ok(isa) } else { Err(missing_isa("render", isa)) }
 }
 
 /// What the command line changes about a scene before it is compiled.
@@ -119,7 +128,7 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         Some(AccelArg::Linear) => AccelKind::Linear,
     };
     let exposure_ev = args.exposure.or(scene.render.exposure_ev).unwrap_or(0.0);
-    Ok(Plan { settings, accel, preset: preset(args.bvh), exposure_ev })
+    Ok(Plan { settings, accel, preset: preset(args.bvh), isa: isa(args)?, exposure_ev })
 }
 
 /// The sampler and its samples. `center` means one sample; whichever of the two is asked for more directly, on the

@@ -51,6 +51,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     Need::of(&scene.world, &plan.settings, plan.accel).check(memory::available_bytes())?;
 
     let accel = timed(&mut seconds.build, || pool.install(|| Accel::build_with(&scene.world, plan.accel, plan.preset)));
+    let accel = accel.with_isa(plan.isa);
     drop(pool);
     interrupt.check()?;
     let mut film = render::new_film(&scene.camera, &plan.settings);

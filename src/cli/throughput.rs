@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::{ValueEnum, value_parser};
 
+use super::args::{IsaArg, missing_isa};
 use super::failure::Failure;
 use super::files::{self, Writing};
 use super::{diagnostic, terminal, throughput_text, value};
@@ -128,17 +129,6 @@ pub enum RayArg {
     Diffuse,
 }
 
-/// `--isa`
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum IsaArg {
-    /// What every processor of the architecture has
-    Baseline,
-    /// AVX2 and FMA
-    Avx2,
-    /// The same lanes with AVX-512's encodings.
-    Avx512,
-}
-
 /// `--mode`
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ModeArg {
@@ -221,15 +211,10 @@ fn settings(args: &Args) -> Result<Settings, Failure> {
     };
     let isas = match args.isa.as_slice() {
         [] => [Isa::Avx512, Isa::Avx2, Isa::Baseline].into_iter().filter(|isa| isa.is_available()).collect(),
-        isas => distinct(isas.iter().map(|isa| match isa {
-            IsaArg::Baseline => Isa::Baseline,
-            IsaArg::Avx2 => Isa::Avx2,
-            IsaArg::Avx512 => Isa::Avx512,
-        })),
+        isas => distinct(isas.iter().map(|&isa| Isa::from(isa))),
     };
     if let Some(missing) = isas.iter().find(|isa| !isa.is_available()) {
-        let message = format!("this processor does not have the instruction set {missing:?}");
-        return Err(Failure::usage("bench", clap::error::ErrorKind::ValueValidation, message));
+        return Err(missing_isa("bench", *missing));
     }
     let default_repeats = if args.quick { QUICK_REPEATS } else { DEFAULT_REPEATS };
     Ok(Settings {

@@ -183,7 +183,7 @@ pub fn render_into(
         scene: trace::Scene {
             world,
             accel,
-            shading: shade::Shading::new(world, settings.terminator),
+            shading: shade::Shading::new(world, settings.terminator, accel.isa()),
             max_depth: settings.max_depth,
             clamp: settings.course,
         },

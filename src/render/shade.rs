@@ -63,7 +63,7 @@ struct LevelStage {
 
 impl Shading {
     /// The stage that has the features of the world and no others, with or without the correction of [`terminator`].
-    pub fn new(world: &World, terminator: bool) -> Shading {
+    pub fn new(world: &World, terminator: bool, isa: Isa) -> Shading {
         let features = world.features();
         let level = |bounce: bool| {
             let features = Features { reflection: features.reflection && bounce, ..features };
@@ -77,7 +77,7 @@ impl Shading {
             let ids = (0..world.materials.len() as u32).map(MaterialId);
             LevelStage { stage, is_shaded: ids.map(|id| is_lit(id) || is_mirror(id)).collect() }
         };
-        Shading { isa: Isa::detect(), inner: level(true), last: level(false) }
+        Shading { isa, inner: level(true), last: level(false) }
     }
 
     /// Shades all hits of a level: fills its radiance, and the rays that are still to be traced. `bounce` says whether
