@@ -506,7 +506,9 @@ fn catches_interrupts(process: u32) -> bool {
 fn the_image_does_not_depend_on_threads_tile_size_acceleration_or_instruction_set() {
     let room = Room::new();
     room.succeeds("render scene.toml -o a.exr -q --threads 1");
-    for (index, options) in ["--threads 3", "--tile-size 7", "--accel linear", "--isa baseline", "--bvh high"].into_iter().enumerate() {
+    for (index, options) in
+        ["--threads 3", "--tile-size 7", "--accel linear", "--isa baseline", "--bvh high"].into_iter().enumerate()
+    {
         let name = format!("b{index}.exr");
         room.succeeds(&format!("render scene.toml -o {name} -q {options}"));
         assert!(fs::read(room.path().join("a.exr")).unwrap() == fs::read(room.path().join(name)).unwrap(), "{options}");

@@ -6,9 +6,10 @@
 //!
 //! (No closures here: they are not always inlined, and what is not inlined is compiled for the baseline.)
 
-use super::prepared::PreparedRay;
+use super::prepared::{PreparedRay, lanes};
+use super::rounding::{f32_at_least, f32_at_most};
 use super::triangle::LARGEST_SHARE;
-use crate::simd::{F32Lanes, Simd, WIDTH64};
+use crate::simd::{F32Lanes, F64Lanes, Portable, Simd, WIDTH64};
 
 /// Unit roundoff of f32, 2⁻²⁴.
 pub const U32: f32 = f32::EPSILON / 2.0;
@@ -109,6 +110,27 @@ impl LaneRay {
         }
     }
 
+    /// A ray by itself: for the search for the worst case.
+    pub(crate) fn of(ray: &PreparedRay) -> LaneRay {
+        let direction = lanes(Portable, ray.direction);
+        let inverse = Portable.splat64(1.0) / (direction + Portable.splat64(0.0));
+        let [down, up] = lanes(Portable, ray.origin).outwards();
+        let rounded = RoundedRay {
+            origin: down,
+            off: std::array::from_fn(|i| up[i] - down[i]),
+            inverse: inverse.to_array(),
+            direction: direction.to_array(),
+            t_min: [f32_at_most(ray.t_min), f32_at_least(ray.t_min)],
+            t_max: [f32_at_most(ray.t_max), f32_at_least(ray.t_max)],
+        };
+        LaneRay::new(ray, &rounded)
+    }
+
+    /// What its parts are rounded to: origin, slope, and the reach of the origin's rounding as a residual.
+    pub(crate) fn parts(&self) -> ([f32; 3], [f32; 2], f32) {
+        (self.origin, self.slope, self.reach / (0.5 / U32))
+    }
+
     /// The edge functions of eight triangles whose columns begin at `base` and are `stride` apart.
     #[inline(always)]
     pub fn edges<S: Simd>(&self, simd: S, corners: &[f32], base: usize, stride: usize) -> LaneEdges<S::F32> {
@@ -154,6 +176,12 @@ pub fn depth_slack(residual: f32) -> f32 {
 const SMALLEST_RECIPROCAL: f32 = 1.0 / (1u128 << 100) as f32;
 
 impl<F: F32Lanes> LaneEdges<F> {
+    /// The edge functions of a lane and what each may be wrong by.
+    pub(crate) fn of_lane(&self, lane: usize) -> ([f64; 3], f64) {
+        let weights = self.weights.map(|weight| f64::from(weight.to_array()[lane]));
+        (weights, self.error.to_array()[lane].into())
+    }
+
     /// Intervals around the parameters at which lines meet triangles, if they do; NaN or infinite where that is not
     /// certain. They hold what the parameters are rounded to in f64. `reciprocal` is 1 over the directions along the longest
     /// axis ([`sound_reciprocal`]), `slack` what the origins' rounding adds to a depth ([`depth_slack`]).

@@ -131,7 +131,7 @@ pub(crate) fn edge_functions(ray: &PreparedRay, corners: [Vec3; 3]) -> ([f64; 3]
 
 /// The ray and a triangle in the ray's axes.
 #[inline(always)]
-fn pair(ray: &PreparedRay, corners: [Vec3; 3]) -> Pair<f64> {
+pub(crate) fn pair(ray: &PreparedRay, corners: [Vec3; 3]) -> Pair<f64> {
     let [x, y, z] = ray.axes();
     let (o, d) = (ray.origin, ray.direction);
     let [a, b, c] = corners;

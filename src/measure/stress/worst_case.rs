@@ -4,17 +4,21 @@
 //! below; hill-climbing (change a case a little, keep the change when the ratio of true error to bound grows) gets
 //! closer. A ratio of 1 or more would be a wrong bound, whether or not a decision has yet gone wrong by it.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use num_bigint::BigInt;
 use rayon::prelude::*;
 
 use super::random::Random;
 use crate::measure::oracle::integer::{cross, decode, difference, dot, scaled, scaled_vector, sum};
 use crate::measure::oracle::wide::Wide;
+use crate::numeric::lane::LaneRay;
+use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL};
+use crate::numeric::plane::plane_quotient;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::quadric::{self, Quadric};
 use crate::numeric::ratio::Bounded;
 use crate::numeric::{sphere, triangle};
+use crate::simd::{Portable, Simd, WIDTH};
 
 /// The largest ratio found for one bound.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +34,12 @@ pub struct WorstCase {
 type Ratio = fn(&[f64]) -> Option<f64>;
 
 /// Bounds with how many numbers make a case.
-const BOUNDS: [(&str, usize, Ratio); 8] = [
-    ("triangle edge function, f64", 15, triangle_edges),
+const BOUNDS: [(&str, usize, Ratio); 12] = [
+    ("triangle edge function, f64", 15, |x| edges_ratio(x, triangle::edge_functions)),
+    ("triangle edge function, f32 lanes", 15, |x| edges_ratio(x, lane_edges)),
+    ("triangle edge function, f32 packet", 17, packet_edges),
+    ("triangle n·(a − o), compensated", 15, |x| plane_coefficient(x, 0)),
+    ("triangle n·d, compensated", 15, |x| plane_coefficient(x, 1)),
     ("sphere discriminant, f64", 10, sphere_discriminant),
     ("sphere h·d, double-double", 10, |x| sphere_coefficient(x, 1)),
     ("sphere h·h − r², double-double", 10, |x| sphere_coefficient(x, 2)),
@@ -103,12 +111,54 @@ fn difference_of(value: f64, exact: &BigInt, scale: i64) -> f64 {
     Wide::integer(&(exact - scaled(value, own)), own).to_f64().abs()
 }
 
-/// The edge functions of the triangle test against those of the sheared exact corners.
-fn triangle_edges(x: &[f64]) -> Option<f64> {
-    let corners = [0, 3, 6].map(|at| vector(x, at).as_vec3());
-    let ray = PreparedRay::new(vector(x, 9), vector(x, 12), 0.0, f64::INFINITY)?;
-    let (weights, error) = triangle::edge_functions(&ray, corners);
+type Edges = fn(&PreparedRay, [Vec3; 3]) -> ([f64; 3], f64);
 
+fn triangle_case(x: &[f64]) -> Option<(PreparedRay, [Vec3; 3])> {
+    let corners = [0, 3, 6].map(|at| vector(x, at).as_vec3());
+    Some((PreparedRay::new(vector(x, 9), vector(x, 12), 0.0, f64::INFINITY)?, corners))
+}
+
+/// The columns of one triangle, with room for the lanes behind it.
+fn columns(corners: [Vec3; 3]) -> [f32; 9 + WIDTH] {
+    let mut columns = [0.0; 9 + WIDTH];
+    for (i, coordinate) in corners.iter().flat_map(|corner| corner.to_array()).enumerate() {
+        columns[i] = coordinate;
+    }
+    columns
+}
+
+fn lane_edges(ray: &PreparedRay, corners: [Vec3; 3]) -> ([f64; 3], f64) {
+    LaneRay::of(ray).edges(Portable, &columns(corners), 0, 1).of_lane(0)
+}
+
+/// The edge functions of a packet whose shear is off the ray's own by up to a sixteenth.
+fn packet_edges(x: &[f64]) -> Option<f64> {
+    let (ray, corners) = triangle_case(x)?;
+    let off = [x[15], x[16]].map(|x| (x.fract() / 16.0) as f32);
+    let [i, j, k] = ray.axes();
+    let (origin, own, residual) = LaneRay::of(&ray).parts();
+    let slope = [own[0] + off[0], own[1] + off[1]];
+    if slope[0].abs().max(slope[1].abs()) > 1.0 {
+        return None;
+    }
+    let inverse = 1.0 / ray.direction[k];
+    let delta = |axis: usize, slope: f32| (ray.direction[axis] * inverse - f64::from(slope)) as f32;
+    let delta = [delta(i, slope[0]), delta(j, slope[1])];
+    let reach = residual * REACH_PER_RESIDUAL;
+    let shear = PacketShear { origin, slope, spread: delta.map(|d| d.abs() * (1.0 + f32::EPSILON)), reach, axis: k };
+    let seen = shear.edges(Portable, &columns(corners), 0, 1).columns();
+    let edges = seen.edges(Portable, 0, Portable.splat(delta[0]), Portable.splat(delta[1])).of_lane(0);
+    worst_edge(&ray, corners, edges)
+}
+
+/// The edge functions of a triangle test against those of the sheared exact corners.
+fn edges_ratio(x: &[f64], edges: Edges) -> Option<f64> {
+    let (ray, corners) = triangle_case(x)?;
+    let edges = edges(&ray, corners);
+    worst_edge(&ray, corners, edges)
+}
+
+fn worst_edge(ray: &PreparedRay, corners: [Vec3; 3], (weights, error): ([f64; 3], f64)) -> Option<f64> {
     // Exact: an edge function times d_z is d·(p×q) for the corners p, q relative to the origin, up to the order of
     // axes, which is cyclic and changes nothing.
     let points = corners.iter().flat_map(|c| c.as_dvec3().to_array()).chain(ray.origin.to_array());
@@ -126,6 +176,25 @@ fn triangle_edges(x: &[f64]) -> Option<f64> {
         off / error
     });
     worst.reduce(f64::max)
+}
+
+/// Numerator and denominator of the quotient by the plane.
+fn plane_coefficient(x: &[f64], which: usize) -> Option<f64> {
+    let (ray, corners) = triangle_case(x)?;
+    let quotient = plane_quotient(&triangle::pair(&ray, corners));
+    let points = corners.iter().flat_map(|c| c.as_dvec3().to_array()).chain(ray.origin.to_array());
+    let (p_scale, d_scale) = (finest(points), finest(ray.direction.to_array()));
+    let o = scaled_vector(ray.origin.to_array(), p_scale);
+    let [a, b, c] = corners.map(|k| scaled_vector(k.as_dvec3().to_array(), p_scale));
+    let n = cross(&difference(&b, &a), &difference(&c, &a));
+    let (value, error, exact) = match which {
+        0 => (quotient.n, quotient.n_error, (dot(&n, &difference(&a, &o)), 3 * p_scale)),
+        _ => {
+            let d = scaled_vector(ray.direction.to_array(), d_scale);
+            (quotient.d, quotient.d_error, (dot(&n, &d), 2 * p_scale + d_scale))
+        }
+    };
+    ray.tame.then(|| coefficient_ratio(Bounded { value, error }, &exact))
 }
 
 /// Exact a, b, c of a sphere with the scale of each.
