@@ -17,7 +17,7 @@ use library::Library;
 const HOW_TO_GET_IT: &str =
     "`pip install embreex` brings Embree 4, Debian's libembree3-3 or libembree4-4 too; or name one: --peer embree=FILE";
 
-/// Finds and loads Embree: the library at `path`, else the first that loads of those [`search`] knows.
+/// Finds and loads Embree: the library at `path`, else the first that loads of those `search` knows.
 ///
 /// # Errors
 /// When there is none, it is too old or it lacks a function; with how to get one.
