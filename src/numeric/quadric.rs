@@ -81,6 +81,12 @@ impl Quadric {
         h.dot(magnitudes.half_gradient(h) + magnitudes.linear) + magnitudes.constant
     }
 
+    /// An upper bound of the norm of Q: how much half of the gradient changes per length.
+    #[inline]
+    pub fn bend(&self) -> f64 {
+        self.diagonal.abs().max_element() + self.off_diagonal.abs().element_sum()
+    }
+
     /// Half of the gradient at a point relative to the centre.
     #[inline(always)]
     pub fn half_gradient(&self, h: DVec3) -> DVec3 {

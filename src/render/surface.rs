@@ -80,13 +80,20 @@ fn describe_quadric(world: &World, row: usize, ray: &Ray, along: DVec3) -> Surfa
     let coarseness = quadric.value_size(h) / steepness;
     // The step is wrong by at most 11 roundings of the coarseness, `along` by 2·√3 roundings of the way: the extent
     // covers either, times LEAVE_ROUNDINGS.
+    // And a step is only as good as the gradient is constant along it: near the crossing of two planes, where it turns
+    // within the rounding of the point, a step leads anywhere.
+    let step = value / steepness;
+    let is_straight = step.abs() * quadric.bend() <= STRAIGHTNESS * gradient.length();
     let (step, uncertain) =
-        if coarseness < STEP_GAIN * way { (value / steepness, 2.0 * coarseness) } else { (0.0, 0.5 * way) };
+        if coarseness < STEP_GAIN * way && is_straight { (step, 2.0 * coarseness) } else { (0.0, 0.5 * way) };
     Surface { p: step_along(along, -step, ng), ng, extent: h.abs().max_element() + uncertain }
 }
 
 /// A step along the normal is made when the value it is made of has a rounding this much smaller than the way.
 const STEP_GAIN: f64 = 1.0 / 16.0;
+
+/// Share of itself that the gradient may turn by along a step: Newton's step is then wrong by half of that share.
+const STRAIGHTNESS: f64 = 1.0 / 8.0;
 
 /// from + length·direction, rounded once.
 #[inline(always)]
