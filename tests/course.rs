@@ -1,8 +1,6 @@
 //! The original's scenes in the original's mode, against what an independent double-precision renderer made of them.
 
-// A skipped test says so.
-#![allow(clippy::print_stderr)]
-
+mod shared_data;
 mod world_kit;
 
 use std::io::Cursor;
@@ -11,12 +9,13 @@ use flatray::film::png::{decode, write};
 use flatray::film::{Display, read_image};
 use flatray::measure::difference::{LevelDifference, compare_levels};
 use flatray::scene::{self, Overrides};
-use world_kit::{course_settings, render_world, shared};
+use shared_data::shared;
+use world_kit::{course_settings, render_world};
 
 /// Renders a scene of the original, writes it as the PNG that a user gets, and compares bytes with the reference.
 fn difference(name: &str) -> Option<(LevelDifference, usize)> {
-    let scene_path = shared(&format!("data/seed/scenes/{name}.toml"))?;
-    let reference_path = shared(&format!("data/seed/reference/{name}.png"))?;
+    let scene_path = shared(&format!("seed/scenes/{name}.toml"))?;
+    let reference_path = shared(&format!("seed/reference/{name}.png"))?;
     let compiled = scene::load(&scene_path, &Overrides::default()).unwrap();
     assert_eq!(compiled.warnings, [], "{name}");
     let film = render_world(&compiled.world, &compiled.camera, &course_settings(&compiled.camera)).film;

@@ -3,22 +3,15 @@
 // Skips are said out loud.
 #![allow(clippy::print_stderr)]
 
+mod shared_data;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use flatray::scene::mesh::{self, MeshFile};
-
-/// A folder of the shared data; `None`, said out loud, when it is absent.
-fn shared(folder: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(folder);
-    if path.is_dir() {
-        return Some(path);
-    }
-    eprintln!("SKIPPED: this test needs ../shared/data/{folder}");
-    None
-}
+use shared_data::shared;
 
 fn assert_indices_in_range(mesh: &MeshFile, of: &str) {
     let n_vertices = mesh.positions.len();

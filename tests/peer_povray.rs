@@ -12,9 +12,7 @@
 //! | `quadric` | entries of the symmetric matrix: xx yy zz xy yz xz x y z 1 |
 //! | `tri` | 1 for smooth, three corners, three normals |
 
-// A skipped test says so.
-#![allow(clippy::print_stderr)]
-
+mod shared_data;
 mod world_kit;
 
 use std::fs;
@@ -25,7 +23,8 @@ use flatray::measure::difference::{Difference, compare};
 use flatray::render::Settings;
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, World};
 use glam::{DMat4, DVec3, Vec3};
-use world_kit::{center_settings, render_world, shared};
+use shared_data::shared;
+use world_kit::{center_settings, render_world};
 
 struct Peer {
     world: World,
@@ -111,7 +110,7 @@ fn assert_agrees(ours: &Film, theirs: &Film, peer: &str) {
 
 #[test]
 fn the_image_agrees_with_pov_rays_and_with_an_independent_renderers() {
-    let Some(listing) = shared("data/peers/seed1.sc") else { return };
+    let Some(listing) = shared("peers/seed1.sc") else { return };
     let ours = render_peer(&listing);
     // The file says that it is linear (gAMA 1.0); a 16-bit file ends at 1, and so does this picture.
     let pov = read_image(listing.with_file_name("pov1.png"), None).unwrap();

@@ -1,17 +1,17 @@
 //! What is written comes back: bit for bit where the format allows it, with the same bytes every time, and damaged files
 //! are refused without a panic.
 
-// A skipped test says so.
-#![allow(clippy::print_stderr)]
+mod shared_data;
 
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use flatray::film::exr::{self, ExrAttributes};
 use flatray::film::png_chunk::{Transfer, write_chunk};
 use flatray::film::{Display, Film, Plane, Region, Samples, output, pfm, png, read_image};
 use flatray::measure::difference::{compare, compare_files};
+use shared_data::shared;
 
 const NAME: &str = "in memory";
 
@@ -100,15 +100,6 @@ fn bits(film: &Film, name: &str) -> Vec<u32> {
         Samples::F64(values) => values.iter().map(|&value| (value as f32).to_bits()).collect(),
         Samples::U32(values) => values.clone(),
     }
-}
-
-fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(path);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("SKIPPED: this test needs ../shared/data");
-    None
 }
 
 #[test]

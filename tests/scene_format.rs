@@ -1,11 +1,13 @@
 //! The documented format, the example scenes and the original's scenes are what the code accepts.
-#![allow(clippy::print_stderr)] // A skipped test says so.
+
+mod shared_data;
 
 use std::path::{Path, PathBuf};
 
 use flatray::scene::{Compiled, Overrides, SamplerKey, load, load_text};
 use flatray::world::{MaterialId, ObjectId};
 use glam::{DVec3, DVec4, Vec3};
+use shared_data::shared;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -74,11 +76,7 @@ fn every_example_scene_compiles_without_a_warning() {
 
 #[test]
 fn the_scenes_of_the_original_load_unchanged() {
-    let directory = Path::new(ROOT).join("../shared/data/seed/scenes");
-    if !directory.is_dir() {
-        eprintln!("SKIPPED: the original's scenes need ../shared");
-        return;
-    }
+    let Some(directory) = shared("seed/scenes") else { return };
     let expected =
         [("quadric", [0, 1, 0], 1), ("sphere", [1, 0, 0], 1), ("spheres", [7, 0, 1], 2), ("triangle", [0, 0, 1], 1)];
     for (name, counts, n_lights) in expected {

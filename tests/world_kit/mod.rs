@@ -3,7 +3,7 @@
 // Every test file takes what it needs of it.
 #![allow(dead_code)]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use flatray::accel::{Accel, AccelKind};
 use flatray::film::{Film, Region};
@@ -11,17 +11,6 @@ use flatray::render::{Control, Rendered, Sampler, Settings, render};
 use flatray::scene::{self, Compiled, Overrides};
 use flatray::world::{Camera, Hit, Material, MaterialId, Ray, World};
 use glam::{DMat4, DVec3};
-
-/// A file of the shared data; `None`, said aloud, where the data are absent.
-#[allow(clippy::print_stderr)]
-pub fn shared(relative: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(relative);
-    if !path.exists() {
-        eprintln!("SKIPPED: this test needs ../shared/{relative}");
-        return None;
-    }
-    Some(path)
-}
 
 /// The names of all scenes in `scenes/`, without `.toml`, sorted.
 pub fn scene_names() -> Vec<String> {
