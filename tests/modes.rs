@@ -86,6 +86,24 @@ fn aimed_packets_are_answered_like_the_full_scan() {
 }
 
 #[test]
+fn rays_that_hit_nothing_do_not_disturb_their_packet() {
+    let mut world = World::default();
+    world.add_mesh(bumpy_block(6).input()).unwrap();
+    let mut rays = aimed(&world, 40, 11);
+    for (packet, rays) in rays.chunks_mut(16).enumerate() {
+        let ray = &mut rays[packet * 7 % 16];
+        match packet % 5 {
+            0 => ray.direction = DVec3::ZERO,
+            1 => ray.direction.y = f64::NAN,
+            2 => ray.direction.x = f64::INFINITY,
+            3 => (ray.t_min, ray.t_max) = (1.0, 0.5),
+            _ => ray.t_min = -1.0,
+        }
+    }
+    all_agree("spoilt", &world, &rays);
+}
+
+#[test]
 fn camera_rays_of_a_terrain_are_answered_like_the_full_scan() {
     let (positions, triangles) = terrain(40);
     let world = World::from_triangles(positions, triangles).unwrap();

@@ -21,7 +21,7 @@ pub type Column = [[f32; WIDTH]; N_LANES];
 
 /// The widest that a packet may be, as the largest difference of a slope from the middle one: in wider ones boxes would be
 /// tested for rays that do not exist.
-const WIDEST: f64 = 0.0625;
+const WIDEST: f32 = 0.0625;
 
 /// Sixteen rays of one origin.
 #[derive(Clone, Debug)]
@@ -67,25 +67,19 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
 
     // Slopes.
     let axes = PreparedRay::new(rays[0].origin, rays[0].direction, 0.0, 1.0)?.axes();
-    let slopes = Slopes::new(rays, axes);
-    let (slope, spread) = (slopes.middle, slopes.spread);
+    let Slopes { middle: slope, dx, dy, reciprocal } = Slopes::new(rays, axes);
+    let spans = [span(&dx[0], &dy[0]), span(&dx[1], &dy[1])];
+    let spread = farthest(dx.as_flattened()).max(farthest(dy.as_flattened()));
     // Negated so that NaN fails.
-    if !(slope[0].abs().max(slope[1].abs()) <= 1.0 && spread[0].max(spread[1]) <= WIDEST) {
+    if !(slope[0].abs().max(slope[1].abs()) <= 1.0 && spread <= WIDEST) {
         return None;
     }
     let origin = DVec3::from_array(axes.map(|axis| rays[0].origin[axis]));
     let rounded = origin.as_vec3();
-    let residual = (origin - rounded.as_dvec3()).abs().max_element() as f32 * (1.0 + f32::EPSILON);
-    let shear = PacketShear {
-        origin: rounded.to_array(),
-        slope,
-        spread: spread.map(f32_at_least),
-        reach: residual * REACH_PER_RESIDUAL,
-        axis: axes[2],
-    };
+    let residual = f32_at_least((origin - rounded.as_dvec3()).abs().max_element());
+    let shear =
+        PacketShear { origin: rounded.to_array(), slope, spread, reach: residual * REACH_PER_RESIDUAL, axis: axes[2] };
     let (t_min, t_max) = intervals(rays);
-    let Slopes { dx, dy, reciprocal, .. } = slopes;
-    let spans = [span(&dx[0], &dy[0]), span(&dx[1], &dy[1])];
     Some(Packet { slab, shear, spans, dx, dy, reciprocal, slack: depth_slack(residual), t_min, t_max })
 }
 
@@ -120,11 +114,14 @@ fn tame<S: Simd>(simd: S, x: S::F64) -> <S::F64 as F64Lanes>::Mask {
     crate::numeric::prepared::tame(simd, x.abs())
 }
 
+/// The slopes of sixteen rays.
 struct Slopes {
+    /// About the middle one, by axis.
     middle: [f32; 2],
-    spread: [f64; 2],
+    /// What is left of each, along the first axis and the second.
     dx: Column,
     dy: Column,
+    /// 1 over the directions along the last axis.
     reciprocal: Column,
 }
 
@@ -139,29 +136,36 @@ impl Slopes {
             slopes[1][i] = ray.direction[y] * inverse;
             reciprocal[i / WIDTH][i % WIDTH] = sound_reciprocal(inverse);
         }
-        let (middle_x, spread_x, dx) = around_middle(&slopes[0]);
-        let (middle_y, spread_y, dy) = around_middle(&slopes[1]);
-        Slopes { middle: [middle_x, middle_y], spread: [spread_x, spread_y], dx, dy, reciprocal }
+        let (middle_x, dx) = around_middle(&slopes[0]);
+        let (middle_y, dy) = around_middle(&slopes[1]);
+        Slopes { middle: [middle_x, middle_y], dx, dy, reciprocal }
     }
 }
 
-/// The middle of slopes, their largest distance from it, and their distances.
+/// The middle of slopes, and how far each is from it.
 #[inline(always)]
-fn around_middle(slopes: &[f64; N_RAYS]) -> (f32, f64, Column) {
+fn around_middle(slopes: &[f64; N_RAYS]) -> (f32, Column) {
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
     for &slope in slopes {
         lo = if slope < lo { slope } else { lo };
         hi = if slope > hi { slope } else { hi };
     }
     let middle = (0.5 * (lo + hi)) as f32;
-    let center = f64::from(middle);
     let mut column = [[0.0; WIDTH]; N_LANES];
     for (i, &slope) in slopes.iter().enumerate() {
-        column[i / WIDTH][i % WIDTH] = (slope - center) as f32;
+        column[i / WIDTH][i % WIDTH] = (slope - f64::from(middle)) as f32;
     }
-    // What rounding to f32 adds to a difference is a share of it.
-    let spread = (hi - center).max(center - lo) * (1.0 + f64::from(f32::EPSILON));
-    (middle, spread, column)
+    (middle, column)
+}
+
+/// The largest magnitude. NaN, which a direction of zero leaves, counts for nothing: its ray hits nothing.
+#[inline(always)]
+fn farthest(values: &[f32]) -> f32 {
+    let mut farthest = 0.0;
+    for &value in values {
+        farthest = if value.abs() > farthest { value.abs() } else { farthest };
+    }
+    farthest
 }
 
 /// The δ that eight rays lie between.
@@ -179,9 +183,9 @@ fn middle_and_reach(values: &[f32; WIDTH]) -> (f32, f32) {
         hi = if value > hi { value } else { hi };
     }
     let middle = 0.5 * (lo + hi);
-    // The middle and both differences are rounded: four roundings of the largest value cover them.
-    let rounding = 4.0 * f32::EPSILON * lo.abs().max(hi.abs());
-    (middle, (hi - middle).max(middle - lo) + rounding)
+    // Differences of f32 are rounded once, upwards.
+    let from = |end: f32| (f64::from(end) - f64::from(middle)).abs();
+    (middle, f32_at_least(from(hi).max(from(lo))))
 }
 
 /// The ends of the intervals, rounded both ways; rays of a packet mostly have the same.

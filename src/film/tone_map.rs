@@ -92,9 +92,9 @@ impl SrgbLevels {
         let mut begins = [f64::INFINITY; 257];
         begins[0] = f64::NEG_INFINITY;
         for (level, begin) in begins.iter_mut().enumerate().take(256).skip(1) {
-            // The inverse curve is right to far better than this.
-            let about = linear_from_srgb((level as f64 - 0.5) / 255.0);
-            let (mut below, mut at) = ((about * (1.0 - 1e-6)).to_bits(), (about * (1.0 + 1e-6)).to_bits());
+            // Between the middles of two levels; positive numbers are in the order of their bits.
+            let middle_of = |level: usize| linear_from_srgb(level as f64 / 255.0).to_bits();
+            let (mut below, mut at) = (middle_of(level - 1), middle_of(level));
             while at - below > 1 {
                 let middle = below + (at - below) / 2;
                 if usize::from(level_of(f64::from_bits(middle))) < level { below = middle } else { at = middle }

@@ -18,8 +18,8 @@ pub struct PacketShear {
     pub origin: [f32; 3],
     /// S.
     pub slope: [f32; 2],
-    /// The largest |δ| by axis.
-    pub spread: [f32; 2],
+    /// The largest |δ| along either axis.
+    pub spread: f32,
     /// What the rounding of the origin adds to Z in the bound of an edge function.
     pub reach: f32,
     /// The axis along which all directions are longest.
@@ -71,7 +71,7 @@ impl PacketShear {
         let c = [sx.mul_add(cz, cx - ox), sy.mul_add(cz, cy - oy), cz];
         let m = a[0].abs().max(a[1].abs()).max(b[0].abs().max(b[1].abs())).max(c[0].abs().max(c[1].abs()));
         let largest_depth = az.abs().max(bz.abs()).max(cz.abs());
-        let width = largest_depth.mul_add(simd.splat(self.spread[0].max(self.spread[1])), m);
+        let width = largest_depth.mul_add(simd.splat(self.spread), m);
         let reach = largest_depth + simd.splat(self.reach);
         // The product overflows where those of the edge functions may.
         let error = (width * (width + reach)).mul_add(simd.splat(EDGE_ERROR * U32), simd.splat(f32::MIN_POSITIVE));

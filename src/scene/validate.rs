@@ -4,6 +4,7 @@ use glam::{DMat3, DMat4, DVec3};
 
 use super::desc::Rows4;
 use crate::error::{Place, Problem};
+use crate::numeric::U;
 
 /// What a number must be, besides finite.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +106,7 @@ fn is_certainly_regular(m: DMat3) -> bool {
     let magnitudes = [a * e * i, a * f * h, b * d * i, b * f * g, c * d * h, c * e * g];
     let sum: f64 = magnitudes.into_iter().map(f64::abs).sum();
     // One more rounding of each entry comes from the scaling: 3u per product.
-    const BOUND: f64 = 9.0 * f64::EPSILON / 2.0;
+    const BOUND: f64 = 9.0 * U;
     det.abs() > BOUND * sum
 }
 

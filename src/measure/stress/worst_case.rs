@@ -145,7 +145,7 @@ fn packet_edges(x: &[f64]) -> Option<f64> {
     let delta = |axis: usize, slope: f32| (ray.direction[axis] * inverse - f64::from(slope)) as f32;
     let delta = [delta(i, slope[0]), delta(j, slope[1])];
     let reach = residual * REACH_PER_RESIDUAL;
-    let shear = PacketShear { origin, slope, spread: delta.map(|d| d.abs() * (1.0 + f32::EPSILON)), reach, axis: k };
+    let shear = PacketShear { origin, slope, spread: delta[0].abs().max(delta[1].abs()), reach, axis: k };
     let seen = shear.edges(Portable, &columns(corners), 0, 1).columns();
     let edges = seen.edges(Portable, 0, Portable.splat(delta[0]), Portable.splat(delta[1])).of_lane(0);
     worst_edge(&ray, corners, edges)
