@@ -59,8 +59,8 @@ fn instruction_sets_modes_and_presets_do_not_show_in_the_bits_of_any_scene() {
         let reference = shoot(&scene, &Accel::build(&scene.world, AccelKind::Linear), &settings);
         for preset in Preset::ALL {
             let accel = Accel::build_with(&scene.world, AccelKind::Bvh, preset);
-            for isa in [Isa::Baseline, Isa::Avx2, Isa::Avx512].into_iter().filter(|isa| isa.is_available()) {
-                for mode in [Mode::Auto, Mode::Single, Mode::Batch] {
+            for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+                for mode in Mode::ALL {
                     let other = shoot(&scene, &accel.clone().with_isa(isa).with_mode(mode), &settings);
                     assert_same(&other, &reference, &format!("{name}, {preset:?}, {isa:?}, {mode:?}"));
                 }

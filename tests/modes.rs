@@ -4,13 +4,9 @@ use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::measure::generate::terrain;
 use flatray::measure::stress::mesh::{bumpy_block, lat_long};
 use flatray::measure::stress::random::Random;
-use flatray::measure::stress::scene::same_bits;
 use flatray::simd::Isa;
 use flatray::world::{Hit, MaterialId, ObjectId, Ray, World};
 use glam::{DVec3, Vec3};
-
-const MODES: [Mode; 4] = [Mode::Auto, Mode::Single, Mode::Batch, Mode::Packet];
-const ISAS: [Isa; 3] = [Isa::Baseline, Isa::Avx2, Isa::Avx512];
 
 fn answers(accel: &Accel, world: &World, rays: &[Ray]) -> (Vec<Hit>, Vec<bool>) {
     let (mut hits, mut occluded) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
@@ -25,13 +21,13 @@ fn all_agree(name: &str, world: &World, rays: &[Ray]) {
     assert!(occluded.iter().zip(&scanned).all(|(&occluded, hit)| occluded == hit.is_some()), "{name}");
     for preset in Preset::ALL {
         let accel = Accel::build_with(world, AccelKind::Bvh, preset);
-        for mode in MODES {
-            for isa in ISAS.into_iter().filter(|isa| isa.is_available()) {
+        for mode in Mode::ALL {
+            for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
                 let accel = accel.clone().with_mode(mode).with_isa(isa);
                 let (hits, any) = answers(&accel, world, rays);
                 for (i, (hit, expected)) in hits.iter().zip(&scanned).enumerate() {
                     let what = format!("{name}, {preset:?}, {mode:?}, {isa:?}: ray {i}, {:?}", rays[i]);
-                    assert!(same_bits(hit, expected), "{what}: {hit:?}, full scan {expected:?}");
+                    assert!(hit.same_bits(expected), "{what}: {hit:?}, full scan {expected:?}");
                     assert_eq!(hit.t_rest.to_bits(), expected.t_rest.to_bits(), "{what}");
                     assert_eq!(any[i], occluded[i], "{what}");
                 }

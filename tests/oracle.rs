@@ -4,7 +4,7 @@
 use flatray::measure::oracle::judge;
 use flatray::measure::stress::primitive::Primitive;
 use flatray::measure::stress::probe::truth;
-use flatray::measure::stress::scene::{Scene, same_bits};
+use flatray::measure::stress::scene::Scene;
 use flatray::numeric::quadric::Quadric;
 use flatray::world::{MaterialId, MeshInput, ObjectId, Ray, World};
 use glam::{DMat4, DVec3, Vec3};
@@ -151,7 +151,7 @@ proptest! {
         let scene = Scene::new(world);
         for ray in &rays {
             let (hit, scanned) = (scene.closest(ray), scene.scan(ray));
-            prop_assert!(same_bits(&hit, &scanned), "{ray:?}: {hit:?}, full scan {scanned:?}");
+            prop_assert!(hit.same_bits(&scanned), "{ray:?}: {hit:?}, full scan {scanned:?}");
             prop_assert_eq!(scene.occluded(ray), [hit.is_some(); 2], "{:?}", ray);
         }
     }

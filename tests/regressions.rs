@@ -6,7 +6,7 @@ use flatray::measure::stress::mesh::{Mesh, bumpy_block, lat_long};
 use flatray::measure::stress::primitive::Primitive;
 use flatray::measure::stress::probe::truth;
 use flatray::measure::stress::random::Random;
-use flatray::measure::stress::scene::{Scene, same_bits};
+use flatray::measure::stress::scene::Scene;
 use flatray::render::surface::describe;
 use flatray::world::{Hit, MaterialId, ObjectId, Ray, World};
 use glam::{DVec3, Vec3, dvec3, vec3};
@@ -22,7 +22,7 @@ fn ask(ray: &Ray, primitive: &Primitive) -> Option<Hit> {
 /// The BVH's answer, which must be the full scan's.
 fn closest(scene: &Scene, ray: &Ray) -> Hit {
     let hit = scene.closest(ray);
-    assert!(same_bits(&hit, &scene.scan(ray)), "{ray:?}");
+    assert!(hit.same_bits(&scene.scan(ray)), "{ray:?}");
     assert_eq!(scene.occluded(ray), [hit.is_some(); 2], "{ray:?}");
     hit
 }
@@ -117,7 +117,7 @@ fn embree_181_a_vertex_of_nested_cylinders_stays_hit_when_another_is_added() {
             let ray = Ray::new(origin, target - origin);
             let hit = closest(&ten, &ray);
             assert!(hit.is_some() && hit.t < 1.1, "{hit:?}");
-            assert!(same_bits(&hit, &closest(&eleven, &ray)));
+            assert!(hit.same_bits(&closest(&eleven, &ray)));
         }
     }
 }
@@ -205,7 +205,7 @@ fn tinybvh_283_zeros_of_both_signs_are_one_direction() {
             for origin in [dvec3(0.5, 0.25, -1.0), dvec3(0.5, 0.25, -1.0) - 5.0 * plain] {
                 let hit = closest(&scene, &Ray::new(origin, direction));
                 assert!(hit.is_some());
-                assert!(same_bits(&hit, &closest(&scene, &Ray::new(origin, plain))));
+                assert!(hit.same_bits(&closest(&scene, &Ray::new(origin, plain))));
             }
         }
     }

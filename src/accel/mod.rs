@@ -76,15 +76,27 @@ impl Preset {
 /// How a batch of rays walks the tree. Answers are the same for every mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
-    /// Packets where neighbouring rays are coherent, rays in flight elsewhere.
-    #[default]
-    Auto,
     /// One ray after another.
     Single,
     /// Several rays in flight at once, so that one is tested while the nodes of others come from memory.
     Batch,
-    /// Neighbouring rays of the batch together.
+    /// Sixteen neighbours together where they are coherent, the others in flight.
+    #[default]
     Packet,
+}
+
+impl Mode {
+    /// All of them.
+    pub const ALL: [Mode; 3] = [Mode::Single, Mode::Batch, Mode::Packet];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::Single => "single",
+            Mode::Batch => "batch",
+            Mode::Packet => "packet",
+        }
+    }
 }
 
 /// What a batch of rays visited; for benchmarks.
@@ -224,6 +236,11 @@ impl Accel {
         Accel { mode, ..self }
     }
 
+    /// Walks the structure with another instruction set in another mode from now on; the answers are the same.
+    pub fn choose(&mut self, isa: Isa, mode: Mode) {
+        (self.isa, self.mode) = (isa, mode);
+    }
+
     /// What [`Accel::closest_hit`] visits, ray by ray.
     pub fn visits_of_closest_hit(&self, world: &World, rays: &[Ray]) -> Visits {
         let mut visits = Visits::default();
@@ -265,14 +282,12 @@ impl Accel {
 impl<Q: PacketQuery> Batch for Asked<'_, Q> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let all = Todo::Run(0..self.rays.len());
-        match self.accel.mode {
-            Mode::Auto | Mode::Packet if self.accel.has_packets() => {
-                let others = packet::run(simd, &mut self);
-                self.plan(Todo::Some(others.into_iter()));
-            }
-            _ => self.plan(all),
-        }
+        let todo = if self.accel.mode == Mode::Packet && self.accel.has_packets() {
+            Todo::Some(packet::run(simd, &mut self).into_iter())
+        } else {
+            Todo::Run(0..self.rays.len())
+        };
+        self.plan(todo);
         if self.accel.mode == Mode::Single || !stream::can_run(&self.accel.tree) {
             let _visits = single::run(simd, &mut self);
         } else {

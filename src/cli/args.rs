@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
 use super::failure::Failure;
 use super::value;
+use crate::accel::Preset;
 use crate::film::Region;
 use crate::simd::Isa;
 
@@ -269,6 +270,16 @@ pub enum BvhArg {
     High,
 }
 
+impl From<BvhArg> for Preset {
+    fn from(arg: BvhArg) -> Preset {
+        match arg {
+            BvhArg::Fast => Preset::Fast,
+            BvhArg::Medium => Preset::Medium,
+            BvhArg::High => Preset::High,
+        }
+    }
+}
+
 /// `--isa`
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum IsaArg {
@@ -292,8 +303,7 @@ impl From<IsaArg> for Isa {
 
 /// The refusal of an instruction set that this processor lacks.
 pub fn missing_isa(command: &str, isa: Isa) -> Failure {
-    let name = format!("{isa:?}").to_lowercase();
-    Failure::usage(command, ErrorKind::ValueValidation, format!("this processor does not have '--isa {name}'"))
+    Failure::usage(command, ErrorKind::ValueValidation, format!("this processor does not have '--isa {}'", isa.name()))
 }
 
 /// `--compat`

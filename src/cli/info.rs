@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::args::InfoArgs;
 use super::failure::Failure;
 use super::info_text;
-use super::{diagnostic, files, memory, plan, terminal};
+use super::{diagnostic, files, memory, terminal};
 use crate::accel::{Accel, AccelKind, AccelStats, Preset};
 use crate::scene::{Compiled, Overrides};
 use crate::world::{Features, World};
@@ -127,7 +127,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
     }
     let started = Instant::now();
-    let preset = plan::preset(args.bvh);
+    let preset = args.bvh.map_or_else(Preset::default, Preset::from);
     let accel = Accel::build_with(&scene.world, AccelKind::Bvh, preset);
     let build_seconds = started.elapsed().as_secs_f64();
 

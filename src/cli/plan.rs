@@ -2,7 +2,7 @@
 
 use clap::error::ErrorKind;
 
-use super::args::{AccelArg, BvhArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
+use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
 use super::failure::Failure;
 use crate::accel::{AccelKind, Preset};
 use crate::film::Region;
@@ -62,15 +62,6 @@ pub fn check(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The preset asked for, or the default.
-pub fn preset(arg: Option<BvhArg>) -> Preset {
-    arg.map_or_else(Preset::default, |arg| match arg {
-        BvhArg::Fast => Preset::Fast,
-        BvhArg::Medium => Preset::Medium,
-        BvhArg::High => Preset::High,
-    })
-}
-
 /// The instruction set asked for, or the fastest.
 fn isa(args: &RenderArgs) -> Result<Isa, Failure> {
     let isa = args.isa.map_or_else(Isa::detect, Isa::from);
@@ -128,7 +119,13 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         Some(AccelArg::Linear) => AccelKind::Linear,
     };
     let exposure_ev = args.exposure.or(scene.render.exposure_ev).unwrap_or(0.0);
-    Ok(Plan { settings, accel, preset: preset(args.bvh), isa: isa(args)?, exposure_ev })
+    Ok(Plan {
+        settings,
+        accel,
+        preset: args.bvh.map_or_else(Preset::default, Preset::from),
+        isa: isa(args)?,
+        exposure_ev,
+    })
 }
 
 /// The sampler and its samples. `center` means one sample; whichever of the two is asked for more directly, on the
@@ -166,6 +163,7 @@ mod tests {
     use glam::DMat4;
 
     use super::*;
+    use crate::cli::args::BvhArg;
     use crate::scene::Names;
     use crate::world::{Camera, World};
 

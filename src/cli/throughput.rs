@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::{ValueEnum, value_parser};
 
-use super::args::{IsaArg, missing_isa};
+use super::args::{BvhArg, IsaArg, missing_isa};
 use super::failure::Failure;
 use super::files::{self, Writing};
 use super::{diagnostic, terminal, throughput_text, value};
@@ -87,7 +87,7 @@ pub struct Args {
     pub mode: Vec<ModeArg>,
     /// Presets of the build
     #[arg(long, value_name = "PRESET", value_delimiter = ',', default_value = "medium")]
-    pub bvh: Vec<PresetArg>,
+    pub bvh: Vec<BvhArg>,
     /// How often each is measured [default: 5]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_REPEATS))]
     pub repeats: Option<u32>,
@@ -132,25 +132,12 @@ pub enum RayArg {
 /// `--mode`
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ModeArg {
-    /// What the renderer uses
-    Auto,
     /// One ray after another
     Single,
     /// Several rays in flight
     Batch,
-    /// Neighbouring rays together
+    /// Neighbouring rays together, the others in flight; what the renderer uses
     Packet,
-}
-
-/// `--bvh`
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PresetArg {
-    /// Built quickest
-    Fast,
-    /// A good tree in reasonable time
-    Medium,
-    /// The best tree
-    High,
 }
 
 /// `--peer`
@@ -210,7 +197,7 @@ fn settings(args: &Args) -> Result<Settings, Failure> {
         threads => distinct(threads.iter().map(|&n| n as usize)),
     };
     let isas = match args.isa.as_slice() {
-        [] => [Isa::Avx512, Isa::Avx2, Isa::Baseline].into_iter().filter(|isa| isa.is_available()).collect(),
+        [] => Isa::ALL.into_iter().rev().filter(|isa| isa.is_available()).collect(),
         isas => distinct(isas.iter().map(|&isa| Isa::from(isa))),
     };
     if let Some(missing) = isas.iter().find(|isa| !isa.is_available()) {
@@ -227,16 +214,11 @@ fn settings(args: &Args) -> Result<Settings, Failure> {
         threads,
         isas,
         modes: distinct(args.mode.iter().map(|mode| match mode {
-            ModeArg::Auto => Mode::Auto,
             ModeArg::Single => Mode::Single,
             ModeArg::Batch => Mode::Batch,
             ModeArg::Packet => Mode::Packet,
         })),
-        presets: distinct(args.bvh.iter().map(|preset| match preset {
-            PresetArg::Fast => Preset::Fast,
-            PresetArg::Medium => Preset::Medium,
-            PresetArg::High => Preset::High,
-        })),
+        presets: distinct(args.bvh.iter().map(|&preset| Preset::from(preset))),
         repeats: args.repeats.unwrap_or(default_repeats) as usize,
         min_seconds: if args.quick { 0.0 } else { MIN_SECONDS },
         oracle_tests: if args.quick { QUICK_ORACLE_TESTS } else { ORACLE_TESTS },

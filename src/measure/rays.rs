@@ -4,11 +4,13 @@
 //! from their hits, in the same order. Each set comes in two precisions: as the renderer traces it, and with values that
 //! f32 holds exactly, for tracers that know nothing else.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::generate::hash_unit;
 use crate::accel::Accel;
-use crate::render::surface::{self, Surface, shading_normal};
+use crate::render::block::block_order;
+use crate::render::camera_ray::CameraRays;
+use crate::render::surface::{self, JUST_BEFORE_LIGHT, Surface, shading_normal};
 use crate::world::{Camera, Hit, Ray, World};
 
 /// The kinds of rays.
@@ -89,12 +91,9 @@ struct Point {
     from_viewer: DVec3,
 }
 
-/// Edge of the blocks that camera rays come in, in pixels.
-const BLOCK_PX: u32 = 4;
 /// Edge of the tiles that the blocks come in, in pixels, as in the renderer.
 const TILE_PX: u32 = 32;
-/// Where a shadow ray ends, the light being at 1. In f32 a direction is rounded by 2⁻²⁴; see `render/shade` for f64.
-const JUST_BEFORE_LIGHT_F64: f64 = 1.0 - 64.0 * crate::numeric::U;
+/// Where an f32 shadow ray ends, the light being at 1: its direction is rounded by 2⁻²⁴, 256 times less.
 const JUST_BEFORE_LIGHT_F32: f64 = 1.0 - 1.0 / 65536.0;
 /// How much farther from the surface an f32 ray starts than an f64 one: 2⁻²⁰ of the size of the numbers, 16 roundings.
 const F32_CLEARANCE: f64 = (1u64 << 30) as f64;
@@ -129,7 +128,7 @@ impl<'a> RaySource<'a> {
     fn shadow_rays(&self, precision: RayPrecision) -> Vec<Ray> {
         let t_max = match precision {
             RayPrecision::F32 => JUST_BEFORE_LIGHT_F32,
-            RayPrecision::F64 => JUST_BEFORE_LIGHT_F64,
+            RayPrecision::F64 => JUST_BEFORE_LIGHT,
         };
         let to_light = |light: DVec3| {
             self.points.iter().filter(move |point| (light - point.surface.p).dot(point.ng) > 0.0).map(move |point| {
@@ -184,33 +183,22 @@ fn cosine_distributed(normal: DVec3, index: u64) -> DVec3 {
     radius * cos * right + radius * sin * up + (1.0 - radius_squared).sqrt() * normal
 }
 
-/// Rays through the centres of all pixels, tile by tile and in a tile block by block.
+/// Rays through the centres of all pixels in the renderer's order: tile by tile, in a tile block by block.
 fn camera_rays(camera: &Camera) -> Vec<Ray> {
+    let through = CameraRays::new(camera);
     let (width, height) = (camera.width_px, camera.height_px);
     let mut rays = Vec::with_capacity(width as usize * height as usize);
-    for (tile_x, tile_y) in cells(0..width, 0..height, TILE_PX) {
-        let tile = (tile_x..width.min(tile_x + TILE_PX), tile_y..height.min(tile_y + TILE_PX));
-        for (x0, y0) in cells(tile.0.clone(), tile.1.clone(), BLOCK_PX) {
-            let block = (x0..tile.0.end.min(x0 + BLOCK_PX), y0..tile.1.end.min(y0 + BLOCK_PX));
-            rays.extend(cells(block.0, block.1, 1).map(|(x, y)| camera_ray(camera, x, y)));
+    for top in (0..height).step_by(TILE_PX as usize) {
+        for left in (0..width).step_by(TILE_PX as usize) {
+            let (tile_width, tile_height) = (TILE_PX.min(width - left), TILE_PX.min(height - top));
+            let order = block_order(tile_width as usize, tile_height as usize, 1);
+            rays.extend(order.into_iter().map(|index| {
+                let (x, y) = (left + index % tile_width, top + index / tile_width);
+                through.ray(f64::from(x) + 0.5, f64::from(y) + 0.5)
+            }));
         }
     }
     rays
-}
-
-/// The upper left corners of the cells of a region, row by row.
-fn cells(x: std::ops::Range<u32>, y: std::ops::Range<u32>, size: u32) -> impl Iterator<Item = (u32, u32)> {
-    y.step_by(size as usize).flat_map(move |y| x.clone().step_by(size as usize).map(move |x| (x, y)))
-}
-
-/// The ray through a pixel's centre, as the renderer sends it.
-fn camera_ray(camera: &Camera, x_px: u32, y_px: u32) -> Ray {
-    let (width, height) = (f64::from(camera.width_px), f64::from(camera.height_px));
-    let half_height = libm::tan(0.5 * camera.fov_y_radians);
-    let x = (2.0 * (f64::from(x_px) + 0.5) / width - 1.0) * half_height * width / height;
-    let y = (1.0 - 2.0 * (f64::from(y_px) + 0.5) / height) * half_height;
-    let direction = DMat3::from_mat4(camera.world_from_camera) * DVec3::new(x, y, -1.0).normalize();
-    Ray::new(camera.world_from_camera.w_axis.truncate(), direction)
 }
 
 #[cfg(test)]
@@ -251,10 +239,12 @@ mod tests {
         let camera = Camera { world_from_camera: DMat4::IDENTITY, fov_y_radians: 1.0, width_px: 45, height_px: 34 };
         let rays = camera_rays(&camera);
         assert_eq!(rays.len(), 45 * 34);
-        for (x, y) in cells(0..45, 0..34, 1) {
-            assert_eq!(rays.iter().filter(|ray| **ray == camera_ray(&camera, x, y)).count(), 1);
+        let through = CameraRays::new(&camera);
+        let pixel = |x: u32, y: u32| through.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        for (x, y) in (0..34).flat_map(|y| (0..45).map(move |x| (x, y))) {
+            assert_eq!(rays.iter().filter(|ray| **ray == pixel(x, y)).count(), 1);
         }
-        let block: Vec<Ray> = cells(0..4, 0..4, 1).map(|(x, y)| camera_ray(&camera, x, y)).collect();
+        let block: Vec<Ray> = (0..4).flat_map(|y| (0..4).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
         assert_eq!(rays[..16], block);
     }
 

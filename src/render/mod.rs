@@ -1,7 +1,7 @@
 //! From a compiled world to a film: samples, camera rays, tiles, shading. Reads no file and no clock, prints nothing.
 
-mod block;
-mod camera_ray;
+pub mod block;
+pub mod camera_ray;
 mod sampler;
 mod shade;
 pub mod surface;

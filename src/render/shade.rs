@@ -6,11 +6,10 @@
 
 use glam::DVec3;
 
-use super::surface::{Surface, describe, shading_normal};
+use super::surface::{JUST_BEFORE_LIGHT, Surface, describe, shading_normal};
 use super::terminator;
 use super::trace::Level;
 use crate::BARE;
-use crate::numeric::U;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Features, Hit, MaterialId, Ray, World};
 
@@ -142,11 +141,6 @@ fn stage_of_mirrors<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED:
         (true, true) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, true, true>,
     }
 }
-
-/// Where a shadow ray ends, the light being at 1. The direction is rounded by u per component, so that a surface which the
-/// light lies on exactly is met up to 2u/cos θ too early, θ being the angle of incidence there: 2⁻⁴⁷ = 64u keeps such a
-/// surface from blocking its own light up to 88°.
-const JUST_BEFORE_LIGHT: f64 = 1.0 - 64.0 * U;
 
 /// A hit ready to be lit.
 struct Point {

@@ -149,6 +149,18 @@ pub trait Batch {
 }
 
 impl Isa {
+    /// All of them.
+    pub const ALL: [Isa; 3] = [Isa::Baseline, Isa::Avx2, Isa::Avx512];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Isa::Baseline => "baseline",
+            Isa::Avx2 => "avx2",
+            Isa::Avx512 => "avx512",
+        }
+    }
+
     /// The set that is fastest on this processor. AVX-512 was measured to gain less than 5 % over AVX2
     /// (`docs/BENCHMARKS.md`) and is only used when it is asked for.
     pub fn detect() -> Isa {

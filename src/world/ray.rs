@@ -93,6 +93,12 @@ impl Hit {
         self.prim != PrimRef::NONE
     }
 
+    /// Whether two hits are the same in every bit: `==` takes −0 for 0.
+    pub fn same_bits(&self, other: &Hit) -> bool {
+        let bits = |hit: &Hit| ([hit.t, hit.u, hit.v].map(f64::to_bits), hit.t_rest.to_bits(), hit.prim);
+        bits(self) == bits(other)
+    }
+
     /// Whether this hit comes before `other`: by `t`, then by id, so that the answer never depends on visiting order.
     #[inline]
     pub fn is_before(&self, other: &Hit) -> bool {

@@ -7,7 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::mesh::{Mesh, lat_long};
 use super::random::Random;
-use super::scene::{Scene, same_bits};
+use super::scene::Scene;
 use super::{Block, Tally, shapes};
 use crate::accel::{Accel, AccelKind, Preset};
 use crate::world::{Hit, Ray, World};
@@ -33,9 +33,9 @@ pub fn run(block: &Block, tally: &mut Tally) {
         let ray = shapes::ray_towards(&mut random, target, from);
         let (agrees, hit) = scene.agrees(tally, &ray);
         let mut right = agrees && scene.judge(tally, &case, &ray, &hit);
-        right &= same_bits(&hit, &alone.closest(&ray));
+        right &= hit.same_bits(&alone.closest(&ray));
         right &= hit.t.to_bits() == shuffled.closest(&ray).t.to_bits();
-        right &= rebuilt.iter().all(|accel| same_bits(&hit, &closest(accel, &scene.world, &ray)));
+        right &= rebuilt.iter().all(|accel| hit.same_bits(&closest(accel, &scene.world, &ray)));
         tally.count(right, || case.text(&ray, None));
     }
 }

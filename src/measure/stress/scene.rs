@@ -66,7 +66,7 @@ impl Scene {
     /// the BVH.
     pub fn agrees(&self, tally: &mut Tally, ray: &Ray) -> (bool, Hit) {
         let hit = tally.watch(|| self.closest(ray));
-        let agree = same_bits(&hit, &self.scan(ray)) && self.occluded(ray) == [hit.is_some(); 2];
+        let agree = hit.same_bits(&self.scan(ray)) && self.occluded(ray) == [hit.is_some(); 2];
         (agree && self.agrees_in_packet(ray, &hit), hit)
     }
 
@@ -81,8 +81,8 @@ impl Scene {
             (hits, occluded)
         };
         let ((packed, occluded), (single, occluded_single)) = (ask(&self.bvh), ask(&self.one_by_one));
-        same_bits(&packed[0], hit)
-            && packed.iter().zip(&single).all(|(a, b)| same_bits(a, b))
+        packed[0].same_bits(hit)
+            && packed.iter().zip(&single).all(|(a, b)| a.same_bits(b))
             && occluded == occluded_single
             && occluded[0] == hit.is_some()
     }
@@ -115,8 +115,7 @@ impl Scene {
 /// Rays of a packet.
 const N_BESIDE: usize = 16;
 
-/// A ray and fifteen that run beside it: the widths of the packets, in shares of the direction's length, grow from ray to
-/// ray of a scene, and many directions repeat a component of the ray's.
+/// A ray and fifteen that run beside it, each turned along one axis; how far differs from packet to packet.
 fn beside(ray: &Ray) -> [Ray; N_BESIDE] {
     let length = ray.direction.abs().max_element();
     // A width that differs from ray to ray and is the same in every run.
@@ -131,9 +130,3 @@ fn beside(ray: &Ray) -> [Ray; N_BESIDE] {
 
 /// From rays that are almost one to the widest that are packed.
 const WIDTHS: [f64; 5] = [1e-12, 1e-7, 1e-4, 1e-2, 0.1];
-
-/// Whether two hits are the same in every bit.
-pub fn same_bits(a: &Hit, b: &Hit) -> bool {
-    let bits = |hit: &Hit| ([hit.t, hit.u, hit.v].map(f64::to_bits), hit.prim);
-    bits(a) == bits(b)
-}

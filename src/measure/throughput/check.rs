@@ -6,7 +6,7 @@ use crate::error::{Error, Place, Problem};
 use crate::measure::embree::packet::answer;
 use crate::measure::generate::hash_unit;
 use crate::measure::rays::RayKind;
-use crate::world::{Hit, Ray, World};
+use crate::world::{Ray, World};
 
 /// A peer's t is off when it differs from the exact one by more than this share of it.
 const T_TOLERANCE: f64 = 1e-3;
@@ -60,7 +60,7 @@ pub fn judge(
 /// How many differ, and the first of them.
 pub fn same(rays: &[Ray], expected: &Answers, given: &Answers, expected_by: &str, given_by: &str) -> Result<(), Error> {
     let differing: Vec<usize> = match (expected, given) {
-        (Answers::Hits(a), Answers::Hits(b)) => (0..rays.len()).filter(|&i| bits(&a[i]) != bits(&b[i])).collect(),
+        (Answers::Hits(a), Answers::Hits(b)) => (0..rays.len()).filter(|&i| !a[i].same_bits(&b[i])).collect(),
         (Answers::Occluded(a), Answers::Occluded(b)) => (0..rays.len()).filter(|&i| a[i] != b[i]).collect(),
         _ => (0..rays.len()).collect(),
     };
@@ -76,11 +76,6 @@ pub fn same(rays: &[Ray], expected: &Answers, given: &Answers, expected_by: &str
         rays[first]
     );
     Err(Problem::new(Place::default(), what).found(shown(given)).expected(shown(expected)).into())
-}
-
-/// Everything a hit says, as bits.
-fn bits(hit: &Hit) -> ([u64; 3], u32, crate::world::PrimRef) {
-    ([hit.t, hit.u, hit.v].map(f64::to_bits), hit.t_rest.to_bits(), hit.prim)
 }
 
 /// Compares a peer's answers with the exact ones; `t` may be longer than there are rays.
@@ -109,6 +104,7 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     use super::*;
+    use crate::world::Hit;
 
     fn scene() -> (World, Vec<Ray>, Answers) {
         let world = World::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();

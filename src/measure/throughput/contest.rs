@@ -6,7 +6,7 @@ use super::pass::{self, Answers, Packets};
 use super::peer::PeerScene;
 use super::report::{Row, Spread};
 use super::work::{Pair, RaySet, Tree};
-use super::{Settings, check, isa_name, mode_name, preset_name};
+use super::{Settings, check};
 use crate::accel::Mode;
 use crate::error::Error;
 use crate::measure::generate::hash_unit;
@@ -140,7 +140,7 @@ impl<'a> Contest<'a> {
     fn measure(&mut self, entry: &Entry) -> f64 {
         let set = self.set(entry);
         if let Way::Flatray { tree, isa, mode, .. } = entry.way {
-            self.trees[tree].choose(isa, mode);
+            self.trees[tree].accel.choose(isa, mode);
         }
         let started = Instant::now();
         for _ in 0..entry.n_passes {
@@ -175,8 +175,8 @@ impl<'a> Contest<'a> {
         match (entry.way, &self.peer_rays) {
             (Way::Flatray { tree, isa, mode, precision }, _) => {
                 let given = &self.answers[usize::from(precision == RayPrecision::F64)];
-                let (preset, isa) = (preset_name(self.trees[tree].preset), isa_name(isa));
-                let by = format!("preset {preset}, isa {isa}, mode {}, threads {}", mode_name(mode), entry.threads);
+                let (preset, isa) = (self.trees[tree].preset.name(), isa.name());
+                let by = format!("preset {preset}, isa {isa}, mode {}, threads {}", mode.name(), entry.threads);
                 check::same(&set.rays, &set.answers, given, "the first way", &by)?;
                 Ok(Some(check::Mistakes::default()))
             }
@@ -198,7 +198,7 @@ impl<'a> Contest<'a> {
         let Entry { way, threads, mrays_per_s, mistakes, .. } = entry;
         let (engine, mode, isa, quality) = match way {
             Way::Flatray { tree, isa, mode, .. } => {
-                ("flatray", mode_name(mode).to_owned(), isa_name(isa), preset_name(self.trees[tree].preset))
+                ("flatray", mode.name().to_owned(), isa.name().to_owned(), self.trees[tree].preset.name())
             }
             Way::Embree { scene, width } => {
                 let peer = &self.scenes[scene];

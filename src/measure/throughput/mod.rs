@@ -46,30 +46,6 @@ pub struct Settings {
     pub oracle_tests: u64,
 }
 
-/// The name of a preset on the command line and in reports.
-pub fn preset_name(preset: Preset) -> &'static str {
-    match preset {
-        Preset::Fast => "fast",
-        Preset::Medium => "medium",
-        Preset::High => "high",
-    }
-}
-
-/// The name of a mode on the command line and in reports.
-pub fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Auto => "auto",
-        Mode::Single => "single",
-        Mode::Batch => "batch",
-        Mode::Packet => "packet",
-    }
-}
-
-/// The name of an instruction set on the command line and in reports.
-pub fn isa_name(isa: Isa) -> String {
-    format!("{isa:?}").to_lowercase()
-}
-
 /// Measures everything on prepared work. `progress` is told what comes next.
 ///
 /// # Errors

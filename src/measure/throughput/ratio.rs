@@ -1,7 +1,7 @@
 //! How flatray compares with a peer and with itself.
 
+use super::Settings;
 use super::report::{Build, Ratio, Report, Row, Spread};
-use super::{Settings, preset_name};
 use crate::measure::rays::{RayKind, RayPrecision};
 
 /// flatray's better of batch and single against Embree's best single ray.
@@ -23,7 +23,7 @@ pub const BYTES: &str = "Embree's bytes per primitive / flatray's";
 pub fn all(report: &Report, settings: &Settings) -> Vec<Ratio> {
     let mut ratios = Vec::new();
     for &preset in &settings.presets {
-        let quality = preset_name(preset);
+        let quality = preset.name();
         for &kind in &settings.kinds {
             ratios.extend(of_rays(report, settings, kind, quality));
         }
@@ -65,7 +65,7 @@ fn of_rays(report: &Report, settings: &Settings, kind: RayKind, quality: &'stati
     add(PACKET_TO_PACKET, threads, best(threads, &ours(&["packet"])), best(threads, &packets));
     if settings.threads.contains(&1) {
         for &more in settings.threads.iter().filter(|&&threads| threads > 1) {
-            let any = ours(&["single", "batch", "packet", "auto"]);
+            let any = ours(&["single", "batch", "packet"]);
             add(THREADS, more, best(more, &any), best(1, &any));
         }
     }

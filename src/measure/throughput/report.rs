@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::preset_name;
 use crate::accel::{Preset, Visits};
 use crate::measure::rays::RayKind;
 
@@ -53,7 +52,7 @@ pub struct Row {
     pub rays: &'static str,
     /// What the numbers of the rays are rounded to.
     pub ray_precision: &'static str,
-    /// `single`, `batch`, `packet` and `auto`; of Embree `single` and `packet4` to `packet16`.
+    /// `single`, `batch` and `packet`; of Embree `single` and `packet4` to `packet16`.
     pub mode: String,
     /// Instruction set.
     pub isa: String,
@@ -127,7 +126,7 @@ impl Visited {
         let per_ray = |n: u64| n as f64 / n_rays.max(1) as f64;
         Visited {
             rays: kind.name(),
-            quality: preset_name(preset),
+            quality: preset.name(),
             nodes_per_ray: per_ray(visits.nodes),
             leaves_per_ray: per_ray(visits.leaves),
         }

@@ -4,11 +4,10 @@ use std::time::Instant;
 
 use super::pass::{self, Answers};
 use super::report::{Build, SetSummary, Spread};
-use super::{Settings, check, preset_name};
-use crate::accel::{Accel, AccelKind, Mode, Preset};
+use super::{Settings, check};
+use crate::accel::{Accel, AccelKind, Preset};
 use crate::error::{Error, Place};
 use crate::measure::rays::{RayKind, RayPrecision, RaySource};
-use crate::simd::Isa;
 use crate::world::{Camera, Ray, World};
 
 /// A tree and what it was built with.
@@ -18,15 +17,6 @@ pub struct Tree {
     pub preset: Preset,
     /// The tree.
     pub accel: Accel,
-}
-
-impl Tree {
-    /// Walks the tree with another instruction set in another mode from now on.
-    pub fn choose(&mut self, isa: Isa, mode: Mode) {
-        // An empty full scan takes the tree's place while it is changed.
-        let empty = Accel::build(&World::default(), AccelKind::Linear);
-        self.accel = std::mem::replace(&mut self.accel, empty).with_isa(isa).with_mode(mode);
-    }
 }
 
 /// Rays and their exact answers.
@@ -97,7 +87,7 @@ impl Work {
         for &preset in &settings.presets {
             let mut built = None;
             for &threads in &settings.threads {
-                progress(&format!("building, preset {}, threads: {threads}", preset_name(preset)));
+                progress(&format!("building, preset {}, threads: {threads}", preset.name()));
                 let (accel, build) = timed_build(world, preset, threads, settings.repeats)?;
                 work.builds.push(build);
                 built = Some(accel);
@@ -106,7 +96,7 @@ impl Work {
         }
         let Some(tree) = work.trees.first_mut() else { return Ok(work) };
         if let (Some(&isa), Some(&mode)) = (settings.isas.first(), settings.modes.first()) {
-            tree.choose(isa, mode);
+            tree.accel.choose(isa, mode);
         }
         let source = RaySource::new(world, &tree.accel, camera);
         let threads = settings.threads.iter().copied().max().unwrap_or(1);
@@ -141,7 +131,7 @@ fn timed_build(world: &World, preset: Preset, threads: usize, repeats: usize) ->
     let tables: usize = world.memory_bytes().iter().map(|(_, bytes)| bytes).sum();
     let build = Build {
         engine: "flatray".to_owned(),
-        quality: preset_name(preset),
+        quality: preset.name(),
         threads,
         seconds,
         bytes_per_primitive: accel.stats().memory_bytes as f64 / n_prims,
