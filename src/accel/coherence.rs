@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::slab::SlabRay;
 use crate::numeric::lane::{depth_slack, sound_reciprocal};
 use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL, Span};
-use crate::numeric::prepared::{PreparedRay, lanes};
+use crate::numeric::prepared::{PreparedRay, lanes, tame};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH};
 use crate::world::Ray;
@@ -106,12 +106,6 @@ fn common<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<[S::F64; 2]> {
     }
     let sound = sound && (same & tame(simd, origin)).bits() == 0b1111;
     sound.then_some([-lowest, hi])
-}
-
-/// Lanes that are tame in the sense of [`is_tame`](crate::numeric::double::is_tame).
-#[inline(always)]
-fn tame<S: Simd>(simd: S, x: S::F64) -> <S::F64 as F64Lanes>::Mask {
-    crate::numeric::prepared::tame(simd, x.abs())
 }
 
 /// The slopes of sixteen rays.

@@ -3,10 +3,10 @@
 use super::walk::Pending;
 use super::wide::WideTree;
 use crate::numeric::edge::{Sheared, shear};
-use crate::numeric::plane::{Pair, divide, plane_quotient};
+use crate::numeric::plane::{Pair, plane_quotient};
 use crate::numeric::prepared::AXES;
 use crate::numeric::ratio::{ACCEPTED_RELATIVE_ERROR, Parameter};
-use crate::numeric::triangle::{self, TriangleHit};
+use crate::numeric::triangle::TriangleHit;
 use crate::simd::{Batch, F64Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::{Hit, Ray};
 
@@ -52,8 +52,7 @@ fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
         let of = &four[lane.min(four.len() - 1)];
         let axes = AXES[of.axis as usize % 3];
         let ray = &rays[of.ray_idx as usize];
-        let Pending { first, n_prims, lane: triangle } = of.pending;
-        let corners = tree.corners_of(first as usize, n_prims.into(), triangle.into());
+        let corners = of.pending.corners(tree);
         for (i, axis) in axes.into_iter().enumerate() {
             columns.origin[i][lane] = ray.origin[axis];
             columns.direction[i][lane] = ray.direction[axis];
@@ -83,29 +82,21 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
     let certain = error.lt(weight_a.abs()) & error.lt(weight_b.abs()) & error.lt(weight_c.abs());
 
     // Parameter.
-    let quotient = plane_quotient(&pair);
-    let (at, relative_error) = divide(&quotient);
-    let accepted = quotient.n_error.lt(quotient.n.hi.abs())
-        & quotient.d_error.lt(quotient.d.hi.abs())
+    let [n, d] = plane_quotient(&pair);
+    let (at, relative_error) = n.quotient(d);
+    let accepted = n.error.lt(n.value.hi.abs())
+        & d.error.lt(d.value.hi.abs())
         & relative_error.le(simd.splat64(ACCEPTED_RELATIVE_ERROR));
     let (t, rest) = (at.hi.to_array(), (at.lo / at.hi).to_array());
     let right = (certain & accepted).bits();
 
     for (lane, of) in four.iter().enumerate() {
-        let row = tree.triangle_rows[of.pending.first as usize + usize::from(of.pending.lane)] as usize;
-        let hit = if of.tame && right >> lane & 1 == 1 {
+        let hit = &mut hits[of.ray_idx as usize];
+        if of.tame && right >> lane & 1 == 1 {
             let at = Parameter { t: t[lane], t_rest: rest[lane] as f32 };
-            Some(TriangleHit { at, u: u[lane], v: v[lane] })
+            *hit = Hit::of_triangle(&TriangleHit { at, u: u[lane], v: v[lane] }, of.pending.row(tree));
         } else {
-            let mut described = None;
-            let ray = &rays[of.ray_idx as usize];
-            simd.apart(DescribeOne { tree, ray, pending: of.pending, described: &mut described });
-            described
-        };
-        // A triangle is only pending when it is certainly hit.
-        debug_assert!(hit.is_some());
-        if let Some(hit) = hit {
-            hits[of.ray_idx as usize] = Hit::of_triangle(&hit, row);
+            simd.apart(DescribeOne { tree, ray: &rays[of.ray_idx as usize], pending: of.pending, hit });
         }
     }
 }
@@ -115,16 +106,18 @@ struct DescribeOne<'a> {
     tree: &'a WideTree,
     ray: &'a Ray,
     pending: Pending,
-    described: &'a mut Option<TriangleHit>,
+    hit: &'a mut Hit,
 }
 
 impl Batch for DescribeOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Pending { first, n_prims, lane } = self.pending;
-        let corners = self.tree.corners_of(first as usize, n_prims.into(), lane.into());
-        if let Some(ray) = self.ray.prepare_with(simd) {
-            *self.described = triangle::intersect(&ray, corners);
+        let Some(ray) = self.ray.prepare_with(simd) else { return };
+        let hit = self.pending.intersect(self.tree, &ray);
+        // A triangle is only pending when it is certainly hit.
+        debug_assert!(hit.is_some());
+        if let Some(hit) = hit {
+            *self.hit = hit;
         }
     }
 }

@@ -4,7 +4,7 @@ use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::{sphere, triangle};
-use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH64};
+use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, WIDTH64, set_bits};
 use crate::world::{Hit, PrimKind, PrimRef, World};
 
 /// Tests a leaf for the closest hit.
@@ -14,11 +14,8 @@ pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk
         PrimKind::Triangle => closest_triangle(simd, tree, walk, first, tag.n_prims()),
         PrimKind::Sphere => {
             for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
-                let mut open = open_spheres(simd, world, &walk.ray, four);
-                while open != 0 {
-                    let row = four[open.trailing_zeros() as usize % WIDTH64].row();
-                    open &= open - 1;
-                    offer(tree, walk, world.spheres.intersect(row, &walk.ray));
+                for lane in set_bits(open_spheres(simd, world, &walk.ray, four)) {
+                    offer(tree, walk, world.spheres.intersect(four[lane].row(), &walk.ray));
                 }
             }
         }
@@ -38,11 +35,8 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first:
         PrimKind::Triangle => return any_triangle(simd, tree, walk, first, tag.n_prims()),
         PrimKind::Sphere => {
             for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
-                let mut open = open_spheres(simd, world, &walk.ray, four);
-                while open != 0 {
-                    let row = four[open.trailing_zeros() as usize % WIDTH64].row();
-                    open &= open - 1;
-                    if world.spheres.intersect(row, &walk.ray).is_some() {
+                for lane in set_bits(open_spheres(simd, world, &walk.ray, four)) {
+                    if world.spheres.intersect(four[lane].row(), &walk.ray).is_some() {
                         return true;
                     }
                 }
@@ -87,18 +81,10 @@ fn offer(tree: &WideTree, walk: &mut Walk, hit: Option<Hit>) {
 #[inline(always)]
 pub fn settle(tree: &WideTree, walk: &mut Walk) {
     if let Some(pending) = walk.best.pending
-        && let Some(hit) = describe(tree, walk, pending)
+        && let Some(hit) = pending.intersect(tree, &walk.ray)
     {
         walk.keep(hit);
     }
-}
-
-/// The hit of a triangle, by itself.
-#[inline(always)]
-fn describe(tree: &WideTree, walk: &Walk, Pending { first, n_prims, lane }: Pending) -> Option<Hit> {
-    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
-    let hit = triangle::intersect(&walk.ray, corners)?;
-    Some(Hit::of_triangle(&hit, tree.triangle_rows[first as usize + usize::from(lane)] as usize))
 }
 
 /// A triangle of which f32 is not certain, or that may tie with the best hit.
@@ -111,12 +97,10 @@ struct ByOne<'a> {
 impl Batch for ByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
-        let ByOne { tree, walk, candidate: Pending { first, n_prims, lane } } = self;
-        let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
+        let ByOne { tree, walk, candidate } = self;
         // Mostly it is what the ray has just left.
-        if !triangle::is_behind(&walk.ray, corners) {
-            let hit = describe(tree, walk, self.candidate);
-            offer(tree, walk, hit);
+        if !triangle::is_behind(&walk.ray, candidate.corners(tree)) {
+            offer(tree, walk, candidate.intersect(tree, &walk.ray));
         }
     }
 }
@@ -138,9 +122,8 @@ fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u
     let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
     let certain = (edges.certain() & within).bits();
     let (t_low, t_high) = (t_low.to_array(), t_high.to_array());
-    while open != 0 {
-        let lane = open.trailing_zeros() as usize % crate::simd::WIDTH;
-        open &= open - 1;
+    for lane in set_bits(open) {
+        let lane = lane % WIDTH;
         let candidate = Pending { first, n_prims: n_prims as u8, lane: lane as u8 };
         let (low, high) = (t_low[lane], t_high[lane]);
         if certain >> lane & 1 == 1 && (high < walk.best.t_low || low > walk.best.t_high) {
@@ -187,12 +170,13 @@ struct AnyByOne<'a> {
 impl Batch for AnyByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
-        let AnyByOne { tree, walk, first, n_prims, mut open, is_hit } = self;
-        while open != 0 && !*is_hit {
-            let lane = open.trailing_zeros() as usize;
-            open &= open - 1;
+        let AnyByOne { tree, walk, first, n_prims, open, is_hit } = self;
+        for lane in set_bits(open) {
             let corners = tree.corners_of(first as usize, n_prims, lane);
-            *is_hit = !triangle::is_behind(&walk.ray, corners) && triangle::occludes(&walk.ray, corners);
+            if !triangle::is_behind(&walk.ray, corners) && triangle::occludes(&walk.ray, corners) {
+                *is_hit = true;
+                return;
+            }
         }
     }
 }

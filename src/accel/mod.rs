@@ -32,7 +32,7 @@ use rayon::prelude::*;
 
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
-use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
+use crate::world::{Hit, PrimKind, PrimRef, Ray, World, prim};
 use packet::PacketQuery;
 use query::{Any, Asked, Closest, Query, Todo};
 use wide::WideTree;
@@ -270,12 +270,6 @@ impl Accel {
             n_unbounded: self.unbounded.len(),
             memory_bytes: self.tree.memory_bytes() + self.unbounded.len() * size_of::<PrimRef>(),
         }
-    }
-
-    /// The box around everything in the tree; `None` when the tree is empty.
-    pub fn bounds(&self) -> Option<Bounds> {
-        let root = self.tree.nodes.first()?;
-        root.slots().map(|slot| root.bounds(slot)).reduce(Bounds::union)
     }
 }
 

@@ -19,9 +19,8 @@ impl Curve {
     pub fn through(boxes: &[Bounds], scale: &Scale) -> Curve {
         let index_bits = usize::BITS - boxes.len().leading_zeros();
         let axis_bits = ((u64::BITS - index_bits) / 3).min(21);
-        let key = |(index, bounds): (usize, &Bounds)| {
-            interleave(cell(scale.center(bounds), axis_bits)) << index_bits | index as u64
-        };
+        let key =
+            |(index, bounds): (usize, &Bounds)| place(scale.center(bounds), axis_bits) << index_bits | index as u64;
         let mut keys: Vec<u64> = boxes.par_iter().enumerate().map(key).collect();
         keys.par_sort_unstable();
         Curve { keys, index_bits }
@@ -50,6 +49,12 @@ impl Curve {
     fn place(&self, key: u64) -> u64 {
         key >> self.index_bits
     }
+}
+
+/// The place on a curve through a grid of 2^`axis_bits` cells along each axis, at most 21 bits, of a point of the unit
+/// cube. NaN counts as 0.
+pub fn place(p: Vec3, axis_bits: u32) -> u64 {
+    interleave(cell(p, axis_bits))
 }
 
 /// The cell of a grid of 2^`bits` cells along each axis that a point of the unit cube lies in.

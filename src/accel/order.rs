@@ -1,7 +1,8 @@
 //! What is still to be visited: packed items, and the order in which a node's children are pushed.
 
-use super::slab::WIDTH;
-use super::wide::Tag;
+use super::slab::{SlabRay, WIDTH};
+use super::wide::{Tag, WideNode};
+use crate::simd::Simd;
 
 /// Something that the ray may meet: a lower bound of the parameter at which it does (24 bits, rounded down), the tag and
 /// the index of a child, from the highest bits to the lowest. So items compare as their parameters do.
@@ -35,9 +36,38 @@ impl Item {
     }
 }
 
+/// Packs the children of a node that a ray, cut at `t_max`, may meet, the nearest last; how many they are. Room for
+/// [`WIDTH`] is needed.
+#[inline(always)]
+pub fn pack_children<S: Simd>(simd: S, node: &WideNode, slab: &SlabRay, t_max: f32, to: &mut [u64]) -> usize {
+    let (t_near, mask) = slab.hits(simd, &node.slabs, t_max);
+    let order = &ORDER[slab.octant as usize % WIDTH][mask as usize % 256];
+    if let Some(to) = to.first_chunk_mut() {
+        simd.pack(t_near, node.tag_bits(), &node.child, order, to);
+    }
+    mask.count_ones() as usize
+}
+
+/// Takes the last of some items that lies within the limit, and drops those behind it.
+#[inline(always)]
+pub fn pop(items: &[u64], n_items: &mut usize, limit: Item) -> Option<Item> {
+    // The count stays in a register.
+    let mut n = *n_items;
+    while n > 0 {
+        n -= 1;
+        let item = Item(*items.get(n)?);
+        if item <= limit {
+            *n_items = n;
+            return Some(item);
+        }
+    }
+    *n_items = 0;
+    None
+}
+
 /// Slots in a mask, in the order in which a ray of an octant pushes them: by falling slot XOR octant, so that the nearest
 /// comes last and is visited first.
-pub static ORDER: [[[u8; WIDTH]; 256]; 8] = {
+static ORDER: [[[u8; WIDTH]; 256]; 8] = {
     let mut order = [[[0; WIDTH]; 256]; 8];
     let mut octant = 0;
     while octant < 8 {

@@ -11,10 +11,9 @@ use super::single::Stack;
 use super::walk::Pending;
 use super::wide::{N_COORDINATES, WideTree};
 use crate::numeric::lane::LaneEdges;
-use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
-use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH};
+use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, set_bits};
 use crate::world::{Hit, Ray};
 
 /// What the rays of a packet have found so far.
@@ -133,11 +132,9 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
         return;
     }
     let columns = seen.columns();
-    for (lanes, mut triangles) in open.into_iter().enumerate() {
+    for (lanes, triangles) in open.into_iter().enumerate() {
         let (dx, dy) = (simd.load(&packet.dx[lanes]), simd.load(&packet.dy[lanes]));
-        while triangles != 0 {
-            let lane = triangles.trailing_zeros() as usize;
-            triangles &= triangles - 1;
+        for lane in set_bits(triangles) {
             let edges: LaneEdges<S::F32> = columns.edges(simd, lane, dx, dy);
             let open = edges.open();
             if open.bits() == 0 {
@@ -168,15 +165,11 @@ impl PacketQuery for Closest {
         found.t_max[lanes] = t_high.select(closer, best_high).to_array();
         let closer = closer.bits();
         found.is_pending |= closer << (lanes * WIDTH);
-        let (mut taken, mut rest) = (closer, open.bits() & !closer);
-        while taken != 0 {
-            found.pending[lanes * WIDTH + taken.trailing_zeros() as usize] = triangle;
-            taken &= taken - 1;
+        for lane in set_bits(closer) {
+            found.pending[lanes * WIDTH + lane] = triangle;
         }
-        while rest != 0 {
-            let i = lanes * WIDTH + rest.trailing_zeros() as usize;
-            simd.apart(ClosestByOne { tree, found, i, triangle });
-            rest &= rest - 1;
+        for lane in set_bits(open.bits() & !closer) {
+            simd.apart(ClosestByOne { tree, found, i: lanes * WIDTH + lane, triangle });
         }
     }
 }
@@ -186,10 +179,7 @@ impl PacketQuery for Any {
     fn take<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, triangle, open, certain, .. } = meeting;
         let certain = certain.bits();
-        let mut open = open.bits();
-        while open != 0 {
-            let lane = open.trailing_zeros() as usize;
-            open &= open - 1;
+        for lane in set_bits(open.bits()) {
             let i = lanes * WIDTH + lane;
             let mut is_hit = certain >> lane & 1 == 1;
             if !is_hit {
@@ -217,10 +207,8 @@ struct AnyByOne<'a> {
 impl Batch for AnyByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Pending { first, n_prims, lane } = self.triangle;
-        let corners = self.tree.corners_of(first as usize, n_prims.into(), lane.into());
         if let Some(ray) = self.ray.prepare_with(simd) {
-            *self.is_hit = triangle::occludes(&ray, corners);
+            *self.is_hit = triangle::occludes(&ray, self.triangle.corners(self.tree));
         }
     }
 }
@@ -241,23 +229,16 @@ impl Batch for ClosestByOne<'_, '_> {
         if found.is_pending >> i & 1 == 1 {
             found.is_pending &= !(1 << i);
             // A triangle is only pending when it is certainly hit.
-            let best = describe(tree, &ray, found.pending[i]);
+            let best = found.pending[i].intersect(tree, &ray);
             debug_assert!(best.is_some());
             found.keep(i, best.unwrap_or(Hit::MISS));
         }
-        if let Some(hit) = describe(tree, &ray, triangle)
+        if let Some(hit) = triangle.intersect(tree, &ray)
             && hit.is_before(&found.answers[i])
         {
             found.keep(i, hit);
         }
     }
-}
-
-#[inline(always)]
-fn describe(tree: &WideTree, ray: &PreparedRay, Pending { first, n_prims, lane }: Pending) -> Option<Hit> {
-    let corners = tree.corners_of(first as usize, n_prims.into(), lane.into());
-    let row = tree.triangle_rows[first as usize + usize::from(lane)] as usize;
-    triangle::intersect(ray, corners).map(|hit| Hit::of_triangle(&hit, row))
 }
 
 impl<A> Found<'_, A> {

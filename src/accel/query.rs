@@ -6,7 +6,7 @@ use super::walk::{Pending, Walk};
 use super::wide::{Tag, WideTree};
 use super::{Accel, AccelKind, linear};
 use crate::numeric::prepared::{PreparedRay, longest_axis};
-use crate::simd::Simd;
+use crate::simd::{Simd, set_bits};
 use crate::world::{Hit, Ray, World};
 
 /// What a batch asks.
@@ -118,6 +118,14 @@ pub enum Todo {
 }
 
 impl Todo {
+    /// How many of them there are.
+    fn len(&self) -> usize {
+        match self {
+            Todo::Run(range) => range.len(),
+            Todo::Some(places) => places.len(),
+        }
+    }
+
     #[inline(always)]
     fn next(&mut self) -> Option<usize> {
         match self {
@@ -155,6 +163,11 @@ impl<'a, Q: Query> Asked<'a, Q> {
         self.todo = todo;
     }
 
+    /// How many rays are still to be started.
+    pub fn n_left(&self) -> usize {
+        self.todo.len()
+    }
+
     /// Prepares the next ray that has to walk, and says its place in the batch; those before that need not are answered.
     #[inline(always)]
     pub fn start<S: Simd>(&mut self, simd: S, walk: &mut Walk) -> Option<usize> {
@@ -176,10 +189,8 @@ impl<'a, Q: Query> Asked<'a, Q> {
 
     /// Notes triangles that rays of a packet, the first being at `first`, have certainly hit.
     #[inline(always)]
-    pub fn describe_later(&mut self, first: usize, mut is_pending: u32, pending: &[Pending]) {
-        while is_pending != 0 {
-            let i = is_pending.trailing_zeros() as usize;
-            is_pending &= is_pending - 1;
+    pub fn describe_later(&mut self, first: usize, is_pending: u32, pending: &[Pending]) {
+        for i in set_bits(is_pending) {
             let axis = longest_axis(self.rays[first + i].direction) as u8;
             // Rays of packets are tame.
             self.rest.push(Undescribed { ray_idx: (first + i) as u32, pending: pending[i], axis, tame: true });

@@ -1,12 +1,12 @@
 //! One ray through the wide tree, nearest boxes first.
 
 use super::Visits;
-use super::order::{Item, ORDER};
+use super::order::{self, Item};
 use super::query::{Asked, Query};
 use super::slab::SlabRay;
 use super::walk::Walk;
 use super::wide::{MAX_LEAF, WideTree};
-use crate::simd::{Simd, WIDTH};
+use crate::simd::Simd;
 use crate::world::World;
 
 /// Items that are still to be visited; kept between rays, so that no ray allocates.
@@ -91,26 +91,14 @@ impl Stack {
     #[inline(always)]
     pub fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree, slab: &SlabRay, t_max: f32, node: u32) {
         self.visits.nodes += 1;
-        let node = &tree.nodes[node as usize];
-        let (t_near, mask) = slab.hits(simd, &node.slabs, t_max);
-        let order = &ORDER[slab.octant as usize % WIDTH][mask as usize % 256];
-        if let Some(to) = self.items[self.n_items..].first_chunk_mut() {
-            simd.pack(t_near, node.tag_bits(), &node.child, order, to);
-            self.n_items += mask.count_ones() as usize;
-        }
+        let room = &mut self.items[self.n_items..];
+        self.n_items += order::pack_children(simd, &tree.nodes[node as usize], slab, t_max, room);
     }
 
     /// Takes the nearest item within the limit.
     #[inline(always)]
     pub fn pop(&mut self, limit: Item) -> Option<Item> {
-        while self.n_items > 0 {
-            self.n_items -= 1;
-            let item = Item(self.items[self.n_items]);
-            if item <= limit {
-                return Some(item);
-            }
-        }
-        None
+        order::pop(&self.items, &mut self.n_items, limit)
     }
 }
 

@@ -8,8 +8,8 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::join;
 use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
+use super::{join, morton};
 use crate::numeric::U;
 use crate::world::{Bounds, PrimRef, World};
 
@@ -69,19 +69,8 @@ fn sort_by_place(world: &World, members: &mut [PrimRef]) {
     let center = |prim: &PrimRef| world.triangles.corners(prim.row()).iter().map(|c| c.as_dvec3()).sum::<DVec3>();
     let (lo, hi) =
         members.iter().map(center).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
-    members.par_sort_by_cached_key(|prim| (morton_code((center(prim) - lo) / (hi - lo)), *prim));
-}
-
-/// Interleaves ten bits of each coordinate of a point in the unit cube; NaN counts as 0.
-fn morton_code(p: DVec3) -> u32 {
-    let spread = |x: f64| {
-        let x = (x * 1023.0) as u32 & 0x3ff;
-        let x = (x | x << 16) & 0x0300_00ff;
-        let x = (x | x << 8) & 0x0300_f00f;
-        let x = (x | x << 4) & 0x030c_30c3;
-        (x | x << 2) & 0x0924_9249
-    };
-    spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2
+    let place = |prim: &PrimRef| morton::place(((center(prim) - lo) / (hi - lo)).as_vec3(), 10);
+    members.par_sort_by_cached_key(|prim| (place(prim), *prim));
 }
 
 /// The boxes of a leaf's pieces in each slice of the box that the bundle shares; `None` where it has none.

@@ -5,12 +5,12 @@
 //! other, overlap in the processor. The sets of rays are masks, and all that a ray has lies in one place of fixed size:
 //! keeping books must not cost more than testing boxes.
 
-use super::order::{Item, ORDER};
+use super::order::{self, Item};
 use super::query::{Asked, Query};
 use super::single::Mailboxes;
 use super::walk::Walk;
 use super::wide::{N_COORDINATES, WideTree};
-use crate::simd::{Simd, WIDTH};
+use crate::simd::{Simd, WIDTH, set_bits};
 
 /// Rays in flight at most: enough to cover a fetch from memory.
 const IN_FLIGHT: usize = 32;
@@ -70,7 +70,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     };
     let is_small = size_of_val(tree.nodes.as_slice()) <= SMALL_TREE;
     let n_flights = if is_small { FEW_IN_FLIGHT } else { IN_FLIGHT };
-    let mut flights = vec![nowhere; n_flights.min(asked.rays.len())];
+    let mut flights = vec![nowhere; n_flights.min(asked.n_left())];
     let is_empty = tree.nodes.is_empty();
     let mut at = Places::default();
     let mut number = 0;
@@ -81,15 +81,15 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
 
     while at.nodes | at.leaves | at.ended != 0 {
         // Nodes: first all boxes, which takes no branch that could go wrong, then what to do next.
-        for i in bits(at.nodes) {
+        for i in set_bits(at.nodes) {
             flights[i].push_children(simd, tree);
         }
-        for i in bits(std::mem::take(&mut at.nodes)) {
+        for i in set_bits(std::mem::take(&mut at.nodes)) {
             flights[i].advance(simd, tree, &mut at, i);
         }
 
         // Leaves.
-        for i in bits(std::mem::take(&mut at.leaves)) {
+        for i in set_bits(std::mem::take(&mut at.leaves)) {
             let flight = &mut flights[i];
             let item = flight.item;
             if !mailboxes.has(item, flight.number) {
@@ -103,33 +103,12 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
         }
 
         // Ends, and new rays.
-        for i in bits(std::mem::take(&mut at.ended)) {
+        for i in set_bits(std::mem::take(&mut at.ended)) {
             let flight = &mut flights[i];
             asked.end(&flight.walk, flight.is_over, flight.ray_idx);
             number += 1;
             at.begin(i, is_empty, flight.begin(simd, asked, number));
         }
-    }
-}
-
-/// The bits that are set, from the lowest on.
-#[inline(always)]
-fn bits(mask: u32) -> Bits {
-    Bits(mask)
-}
-
-struct Bits(u32);
-
-impl Iterator for Bits {
-    type Item = usize;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<usize> {
-        let i = self.0.trailing_zeros() as usize;
-        (self.0 != 0).then(|| {
-            self.0 &= self.0 - 1;
-            i
-        })
     }
 }
 
@@ -156,32 +135,19 @@ impl Flight {
     #[inline(always)]
     fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree) {
         let node = &tree.nodes[self.item.child() as usize];
-        let (t_near, mask) = self.walk.slab.hits(simd, &node.slabs, self.walk.t_max);
-        let order = &ORDER[self.walk.slab.octant as usize % WIDTH][mask as usize % 256];
         // `can_run` has seen to it that the stack suffices.
-        if let Some(to) = self.stack[self.n_items % STACK_SIZE..].first_chunk_mut() {
-            simd.pack(t_near, node.tag_bits(), &node.child, order, to);
-        }
-        self.n_items += mask.count_ones() as usize;
+        let room = &mut self.stack[self.n_items % STACK_SIZE..];
+        self.n_items += order::pack_children(simd, node, &self.walk.slab, self.walk.t_max, room);
     }
 
     /// Goes on to the next item, asks for its memory, and notes before what the ray then stands.
     #[inline(always)]
     fn advance<S: Simd>(&mut self, simd: S, tree: &WideTree, at: &mut Places, i: usize) {
-        let limit = self.walk.limit;
-        let mut n_items = self.n_items;
-        let item = loop {
-            if n_items == 0 {
-                at.ended |= 1 << i;
-                return;
-            }
-            n_items -= 1;
-            let item = Item(self.stack[n_items % STACK_SIZE]);
-            if item <= limit {
-                break item;
-            }
+        let Some(item) = order::pop(&self.stack, &mut self.n_items, self.walk.limit) else {
+            at.ended |= 1 << i;
+            return;
         };
-        (self.n_items, self.item) = (n_items, item);
+        self.item = item;
         let child = item.child() as usize;
         let is_leaf = item.tag().n_prims() > 0;
         // A leaf of another kind asks for memory in vain.

@@ -1,12 +1,14 @@
 //! A ray on its way through the tree, and what it has found so far.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::order::Item;
 use super::slab::SlabRay;
+use super::wide::WideTree;
 use crate::numeric::lane::{LaneRay, RoundedRay};
-use crate::numeric::prepared::{PreparedRay, lanes};
+use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
+use crate::numeric::triangle;
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::Hit;
 
@@ -51,6 +53,27 @@ pub struct Pending {
     pub lane: u8,
 }
 
+impl Pending {
+    /// Its corners.
+    #[inline(always)]
+    pub fn corners(self, tree: &WideTree) -> [Vec3; 3] {
+        tree.corners_of(self.first as usize, self.n_prims.into(), self.lane.into())
+    }
+
+    /// Its row in the table of triangles.
+    #[inline(always)]
+    pub fn row(self, tree: &WideTree) -> usize {
+        tree.triangle_rows[self.first as usize + usize::from(self.lane)] as usize
+    }
+
+    /// Where a ray hits it, by itself.
+    #[inline(always)]
+    pub fn intersect(self, tree: &WideTree, ray: &PreparedRay) -> Option<Hit> {
+        let hit = triangle::intersect(ray, self.corners(tree))?;
+        Some(Hit::of_triangle(&hit, self.row(tree)))
+    }
+}
+
 impl Walk {
     /// Starts a ray with a hit that it is known to have, if any.
     #[inline(always)]
@@ -61,30 +84,14 @@ impl Walk {
             ray.t_max = ray.t_max.min(hit.t.next_up());
         }
 
-        // Each part is rounded once, in lanes.
-        let direction = lanes(simd, ray.direction);
-        let inverse = inverse(simd, ray.direction);
-        let size = inverse.abs();
-        let octant = inverse.lt(simd.splat64(0.0)).bits() as u8;
-        let [down, up] = lanes(simd, ray.origin).outwards();
-        let [t_down, t_up] = simd.load64(&[ray.t_min, ray.t_max, 0.0, 0.0]).outwards();
-        let mut off = [0.0; WIDTH64];
-        for i in 0..3 {
-            off[i] = up[i] - down[i];
-        }
-        let rounded = RoundedRay {
-            origin: down,
-            off,
-            inverse: inverse.to_array(),
-            direction: direction.to_array(),
-            t_min: [t_down[0], t_up[0]],
-            t_max: [t_down[1], t_up[1]],
-        };
+        let rounded = RoundedRay::new(simd, &ray);
+        let size = rounded.inverse.abs();
+        let octant = rounded.inverse.lt(simd.splat64(0.0)).bits() as u8;
         // Part by part: a whole walk would be built elsewhere and copied.
-        self.slab = SlabRay::new::<S>(&[down, up], [size, size], octant, t_down[0]);
+        self.slab = SlabRay::new::<S>(&rounded.origin, [size, size], octant, rounded.t_min[0]);
         self.lane = LaneRay::new(&ray, &rounded);
-        self.t_max = t_up[1];
-        self.limit = Item::limit(t_up[1]);
+        self.t_max = rounded.t_max[1];
+        self.limit = Item::limit(self.t_max);
         self.ray = ray;
     }
 
@@ -116,12 +123,6 @@ impl Walk {
         self.limit = Item::limit(t_high);
         self.ray.t_max = f64::from(t_high).next_up();
     }
-}
-
-/// 1 over a direction, −0.0 counting as 0.0.
-#[inline(always)]
-pub fn inverse<S: Simd>(simd: S, direction: DVec3) -> S::F64 {
-    simd.splat64(1.0) / (lanes(simd, direction) + simd.splat64(0.0))
 }
 
 impl Best {

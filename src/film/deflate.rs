@@ -59,17 +59,10 @@ impl Adler32 {
 
     /// The sum of some bytes.
     pub fn of(bytes: &[u8]) -> Adler32 {
-        // The most bytes after which b, at most 255·n(n+1)/2 + (n+1)(BASE−1), still fits.
-        const MOST: usize = 5552;
-        let Adler32 { mut a, mut b } = Adler32::EMPTY;
-        for part in bytes.chunks(MOST) {
-            for &byte in part {
-                a += u32::from(byte);
-                b += a;
-            }
-            (a, b) = (a % Adler32::BASE, b % Adler32::BASE);
-        }
-        Adler32 { a, b }
+        let mut sum = simd_adler32::Adler32::new();
+        sum.write(bytes);
+        let value = sum.finish();
+        Adler32 { a: value & 0xffff, b: value >> 16 }
     }
 
     /// The sum of what `self` is the sum of followed by `length` bytes that `next` is the sum of: each of those adds the

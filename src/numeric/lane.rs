@@ -7,7 +7,6 @@
 //! (No closures here: they are not always inlined, and what is not inlined is compiled for the baseline.)
 
 use super::prepared::{PreparedRay, lanes};
-use super::rounding::{f32_at_least, f32_at_most};
 use super::triangle::LARGEST_SHARE;
 use crate::simd::{F32Lanes, F64Lanes, Portable, Simd, WIDTH64};
 
@@ -37,17 +36,13 @@ pub struct LaneRay {
     axis: u8,
 }
 
-/// What the parts of a ray are rounded to; the last number of each array of four is not used.
+/// What the parts of a ray are rounded to; the last of four numbers is not used.
 #[derive(Clone, Copy, Debug)]
-pub struct RoundedRay {
-    /// The origin; each component is next to the exact one.
-    pub origin: [f32; WIDTH64],
-    /// How far the two f32 around each component are apart; 0 for one that f32 holds.
-    pub off: [f32; WIDTH64],
-    /// 1 over the direction, within an ulp.
-    pub inverse: [f64; WIDTH64],
-    /// The direction.
-    pub direction: [f64; WIDTH64],
+pub struct RoundedRay<F> {
+    /// The origin, down and up.
+    pub origin: [[f32; WIDTH64]; 2],
+    /// 1 over the direction, within an ulp; −0.0 counts as 0.0.
+    pub inverse: F,
     /// The lower end of the interval, down and up.
     pub t_min: [f32; 2],
     /// The upper end, down and up.
@@ -75,6 +70,20 @@ pub struct LaneEdges<F> {
 /// the second order and the rounding of the bound.
 pub(super) const EDGE_ERROR: f32 = 16.5;
 
+impl<F: F64Lanes> RoundedRay<F> {
+    /// Rounds each part once, in lanes.
+    #[inline(always)]
+    pub fn new<S: Simd<F64 = F>>(simd: S, ray: &PreparedRay) -> RoundedRay<F> {
+        let [t_down, t_up] = simd.load64(&[ray.t_min, ray.t_max, 0.0, 0.0]).outwards();
+        RoundedRay {
+            origin: lanes(simd, ray.origin).outwards(),
+            inverse: simd.splat64(1.0) / (lanes(simd, ray.direction) + simd.splat64(0.0)),
+            t_min: [t_down[0], t_up[0]],
+            t_max: [t_down[1], t_up[1]],
+        }
+    }
+}
+
 impl LaneRay {
     /// A ray of no consequence.
     pub const NOWHERE: LaneRay = LaneRay {
@@ -91,15 +100,16 @@ impl LaneRay {
 
     /// A ray from what its parts have been rounded to.
     #[inline(always)]
-    pub fn new(ray: &PreparedRay, rounded: &RoundedRay) -> LaneRay {
+    pub fn new<F: F64Lanes>(ray: &PreparedRay, rounded: &RoundedRay<F>) -> LaneRay {
         let [x, y, z] = ray.axes();
-        let RoundedRay { origin, off, inverse, direction, t_min, t_max } = rounded;
+        let RoundedRay { origin: [origin, above], inverse, t_min, t_max } = rounded;
         // Infinite where the origin is beyond f32: every lane is then left open.
-        let residual = off[0].max(off[1]).max(off[2]);
-        let inverse = inverse[z];
+        let off = |i: usize| above[i] - origin[i];
+        let residual = off(0).max(off(1)).max(off(2));
+        let inverse = inverse.to_array()[z];
         LaneRay {
             origin: [origin[x], origin[y], origin[z]],
-            slope: [(direction[x] * inverse) as f32, (direction[y] * inverse) as f32],
+            slope: [(ray.direction[x] * inverse) as f32, (ray.direction[y] * inverse) as f32],
             reach: residual * (0.5 / U32),
             slack: depth_slack(residual),
             reciprocal: sound_reciprocal(inverse),
@@ -112,18 +122,7 @@ impl LaneRay {
 
     /// A ray by itself: for the search for the worst case.
     pub(crate) fn of(ray: &PreparedRay) -> LaneRay {
-        let direction = lanes(Portable, ray.direction);
-        let inverse = Portable.splat64(1.0) / (direction + Portable.splat64(0.0));
-        let [down, up] = lanes(Portable, ray.origin).outwards();
-        let rounded = RoundedRay {
-            origin: down,
-            off: std::array::from_fn(|i| up[i] - down[i]),
-            inverse: inverse.to_array(),
-            direction: direction.to_array(),
-            t_min: [f32_at_most(ray.t_min), f32_at_least(ray.t_min)],
-            t_max: [f32_at_most(ray.t_max), f32_at_least(ray.t_max)],
-        };
-        LaneRay::new(ray, &rounded)
+        LaneRay::new(ray, &RoundedRay::new(Portable, ray))
     }
 
     /// What its parts are rounded to: origin, slope, and the reach of the origin's rounding as a residual.

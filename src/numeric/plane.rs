@@ -4,8 +4,8 @@
 //! what each operation loses (Ogita, Rump and Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26, 2005); the
 //! result is as if computed in twice the precision and rounded once.
 
-use super::double::{Double, QUOTIENT_ERROR, U2, two_product, two_sum};
-use super::ratio::SECOND_ORDER;
+use super::double::{Double, two_product, two_sum};
+use super::ratio::Bounded;
 use crate::simd::F64Lanes;
 
 /// A ray and a triangle, in axes of which the last is the one along which the direction is longest.
@@ -19,27 +19,14 @@ pub struct Pair<F> {
     pub corners: [[F; 3]; 3],
 }
 
-/// A quotient n/d, each with a bound of its error.
-#[derive(Clone, Copy, Debug)]
-pub struct Quotient<F> {
-    /// n, normalised.
-    pub n: Double<F>,
-    /// |n − exact| is at most this.
-    pub n_error: F,
-    /// d, normalised.
-    pub d: Double<F>,
-    /// |d − exact| is at most this.
-    pub d_error: F,
-}
-
 /// Error of numerator and denominator in u² of the summed magnitudes of all products of coordinates that go in
 /// (`docs/NUMERICS.md` counts 53).
 const PLANE_ERROR: f64 = 70.0;
 
-/// The parameter at which the ray's line meets the triangle's plane, as a quotient. Ray and corners must be tame
+/// The parameter at which the ray's line meets the triangle's plane, as a numerator and a denominator. Ray and corners must be tame
 /// ([`is_tame`](super::double::is_tame)).
 #[inline(always)]
-pub fn plane_quotient<F: F64Lanes>(pair: &Pair<F>) -> Quotient<F> {
+pub fn plane_quotient<F: F64Lanes>(pair: &Pair<F>) -> [Bounded<F>; 2] {
     let [a, b, c] = pair.corners;
     let (e, f) = (difference(b, a), difference(c, a));
     let normal = [component(&e, &f, 1, 2), component(&e, &f, 2, 0), component(&e, &f, 0, 1)];
@@ -49,8 +36,7 @@ pub fn plane_quotient<F: F64Lanes>(pair: &Pair<F>) -> Quotient<F> {
     let direction = [Double { hi: x, lo: zero }, Double { hi: y, lo: zero }, Double { hi: z, lo: zero }];
     let (n, n_size) = dot(&normal, &to_plane);
     let (d, d_size) = dot(&normal, &direction);
-    let unit = zero.same(SECOND_ORDER * PLANE_ERROR * U2);
-    Quotient { n, n_error: unit * n_size, d, d_error: unit * d_size }
+    [Bounded::new(n, PLANE_ERROR, n_size), Bounded::new(d, PLANE_ERROR, d_size)]
 }
 
 /// `to - from` without error.
@@ -94,12 +80,4 @@ fn dot<F: F64Lanes>(normal: &[Component<F>; 3], v: &[Double<F>; 3]) -> (Double<F
     // The rest may be larger than the value where much cancelled: a full sum.
     let sum = two_sum(xyz.hi, lo);
     (sum, size)
-}
-
-/// The quotient, and a bound of its relative error before it is rounded to f64.
-#[inline(always)]
-pub fn divide<F: F64Lanes>(quotient: &Quotient<F>) -> (Double<F>, F) {
-    let Quotient { n, n_error, d, d_error } = *quotient;
-    let relative_error = n_error / n.hi.abs() + d_error / d.hi.abs() + n.hi.same(QUOTIENT_ERROR);
-    (n.quotient(d), relative_error)
 }

@@ -30,9 +30,10 @@ pub fn lanes<S: Simd>(simd: S, v: DVec3) -> S::F64 {
     simd.load64(&[v.x, v.y, v.z, 1.0])
 }
 
-/// Lanes that are tame in the sense of [`is_tame`](super::double::is_tame), by their magnitudes.
+/// Lanes that are tame in the sense of [`is_tame`](super::double::is_tame).
 #[inline(always)]
-pub fn tame<S: Simd>(simd: S, size: S::F64) -> <S::F64 as F64Lanes>::Mask {
+pub fn tame<S: Simd>(simd: S, x: S::F64) -> <S::F64 as F64Lanes>::Mask {
+    let size = x.abs();
     let (smallest, largest) = (simd.splat64(TAME[0]), simd.splat64(TAME[1]));
     (smallest.le(size) & size.lt(largest)) | size.le(simd.splat64(0.0))
 }

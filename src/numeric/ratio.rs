@@ -1,25 +1,37 @@
 //! A certified quotient inside an interval: the ray parameter of every hit is one.
 
 use super::double::{Double, QUOTIENT_ERROR, U2};
+use crate::simd::F64Lanes;
 
 /// A coefficient and a bound of its absolute error.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounded {
-    /// The value.
-    pub value: Double,
+pub struct Bounded<F = f64> {
+    /// The value, normalised.
+    pub value: Double<F>,
     /// |value − exact| is at most this.
-    pub error: f64,
+    pub error: F,
+}
+
+impl<F: F64Lanes> Bounded<F> {
+    /// A value that is wrong by at most `units` times u² of the summed magnitudes of its terms, to first order.
+    #[inline(always)]
+    pub fn new(value: Double<F>, units: f64, size: F) -> Bounded<F> {
+        Bounded { value, error: size.same(SECOND_ORDER * units * U2) * size }
+    }
+
+    /// The quotient, and a bound of its relative error before it is rounded to f64; where either value may be zero they
+    /// mean nothing.
+    #[inline(always)]
+    pub fn quotient(self, divisor: Bounded<F>) -> (Double<F>, F) {
+        let (n, d) = (self.value, divisor.value);
+        let relative_error = self.error / n.hi.abs() + divisor.error / d.hi.abs() + n.hi.same(QUOTIENT_ERROR);
+        (n.quotient(d), relative_error)
+    }
 }
 
 impl Bounded {
     /// A value of which nothing is known.
     pub const UNKNOWN: Bounded = Bounded { value: Double::ZERO, error: f64::INFINITY };
-
-    /// A value that is wrong by at most `units` times u² of the summed magnitudes of its terms, to first order.
-    #[inline(always)]
-    pub fn new(value: Double, units: f64, size: f64) -> Bounded {
-        Bounded { value, error: SECOND_ORDER * units * U2 * size }
-    }
 }
 
 /// A ray parameter.
@@ -68,9 +80,8 @@ pub fn ratio_inside(n: Bounded, d: Bounded, t_min: f64, t_max: f64) -> Ratio {
     if (n_hi < 0.0) != (d_hi < 0.0) {
         return Ratio::Outside;
     }
-    let quotient = n.value.quotient(d.value);
+    let (quotient, relative_error) = n.quotient(d);
     let t = quotient.hi;
-    let relative_error = n.error / n_hi.abs() + d.error / d_hi.abs() + QUOTIENT_ERROR;
     if relative_error <= ACCEPTED_RELATIVE_ERROR {
         let inside = t > t_min && t < t_max;
         return if inside { Ratio::Inside(Parameter::new(t, quotient.lo)) } else { Ratio::Outside };

@@ -11,9 +11,9 @@ use super::U;
 use super::double::{Double3, two_product, two_sum};
 use super::dyadic::Dyadic;
 use super::edge::{Sheared, shear};
-use super::plane::{Pair, Quotient, plane_quotient};
+use super::plane::{Pair, plane_quotient};
 use super::prepared::PreparedRay;
-use super::ratio::{Bounded, Parameter, Ratio, ratio_inside};
+use super::ratio::{Parameter, Ratio, ratio_inside};
 use super::tally::count_exact_test;
 
 /// A triangle's hit: parameter and barycentric weights of the second and third corner.
@@ -182,8 +182,7 @@ fn depth(ray: &PreparedRay, pair: &Pair<f64>) -> Ratio {
     if !ray.tame {
         return Ratio::Uncertain;
     }
-    let Quotient { n, n_error, d, d_error } = plane_quotient(pair);
-    let (n, d) = (Bounded { value: n, error: n_error }, Bounded { value: d, error: d_error });
+    let [n, d] = plane_quotient(pair);
     ratio_inside(n, d, ray.t_min, ray.t_max)
 }
 

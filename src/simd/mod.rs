@@ -13,11 +13,13 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod bits;
 mod portable;
 pub mod rounding;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+pub use bits::set_bits;
 pub use portable::Portable;
 
 /// Lanes of f32.

@@ -187,14 +187,9 @@ fn plane_coefficient(x: &[f64], which: usize) -> Option<f64> {
     let o = scaled_vector(ray.origin.to_array(), p_scale);
     let [a, b, c] = corners.map(|k| scaled_vector(k.as_dvec3().to_array(), p_scale));
     let n = cross(&difference(&b, &a), &difference(&c, &a));
-    let (value, error, exact) = match which {
-        0 => (quotient.n, quotient.n_error, (dot(&n, &difference(&a, &o)), 3 * p_scale)),
-        _ => {
-            let d = scaled_vector(ray.direction.to_array(), d_scale);
-            (quotient.d, quotient.d_error, (dot(&n, &d), 2 * p_scale + d_scale))
-        }
-    };
-    ray.tame.then(|| coefficient_ratio(Bounded { value, error }, &exact))
+    let d = scaled_vector(ray.direction.to_array(), d_scale);
+    let exact = [(dot(&n, &difference(&a, &o)), 3 * p_scale), (dot(&n, &d), 2 * p_scale + d_scale)];
+    ray.tame.then(|| coefficient_ratio(quotient[which], &exact[which]))
 }
 
 /// Exact a, b, c of a sphere with the scale of each.
