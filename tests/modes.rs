@@ -6,7 +6,7 @@ use flatray::measure::stress::mesh::{bumpy_block, lat_long};
 use flatray::measure::stress::random::Random;
 use flatray::simd::Isa;
 use flatray::world::{Hit, MaterialId, ObjectId, Ray, World};
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 fn answers(accel: &Accel, world: &World, rays: &[Ray]) -> (Vec<Hit>, Vec<bool>) {
     let (mut hits, mut occluded) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
@@ -136,5 +136,79 @@ fn mixed_scenes_and_small_batches_are_answered_like_the_full_scan() {
     let triangle = World::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
     for world in [triangle, World::default()] {
         all_agree("one triangle or nothing", &world, &rays);
+    }
+}
+
+/// A transform that turns, stretches, mirrors and moves.
+fn transform(random: &mut Random, spread: f64) -> DAffine3 {
+    let turn = DMat3::from_quat(DQuat::from_axis_angle(random.direction(), random.uniform(-3.0, 3.0)));
+    let stretch = DVec3::new(1.0, random.log_uniform(0.05, 20.0), random.sign() * random.log_uniform(0.3, 3.0));
+    let turned = DMat3::from_quat(DQuat::from_axis_angle(random.direction(), random.uniform(-3.0, 3.0)));
+    let matrix3 = turn * DMat3::from_diagonal(random.log_uniform(0.01, 2.0) * stretch) * turned;
+    DAffine3 { matrix3, translation: spread * random.in_cube() }
+}
+
+/// Three meshes placed at random among spheres and triangles of the world's own.
+fn placements(n: u64, spread: f64, seed: u64) -> World {
+    let mut world = World::default();
+    world.add_mesh(bumpy_block(2).placed(0.1 * spread, DVec3::ZERO).input()).unwrap();
+    let mut prototypes = Vec::new();
+    for mesh in [lat_long(12, 6), bumpy_block(3), lat_long(24, 12).placed(1e-3, DVec3::new(1.0, -3.0, 2.0))] {
+        let first = world.triangles.len();
+        world.add_mesh(mesh.input()).unwrap();
+        prototypes.push(world.add_prototype(first));
+        world.add_mesh(bumpy_block(1).placed(0.05 * spread, 0.5 * spread * DVec3::X).input()).unwrap();
+        world.spheres.add(
+            spread * DVec3::new(0.1, 0.2, 0.3 * first as f64 / 100.0),
+            0.1 * spread,
+            MaterialId(0),
+            ObjectId(0),
+        );
+    }
+    for i in 0..n {
+        let mut random = Random::new(seed, "placements", i);
+        let prototype = prototypes[random.below(3) as usize];
+        world.add_instance(prototype, transform(&mut random, spread), None, ObjectId(i as u32)).unwrap();
+        // Twice in one place: ties go to the first.
+        if i % 5 == 0 {
+            let again = world.instances.world_from_object[world.instances.len() - 1];
+            world.add_instance(prototype, again, None, ObjectId(0)).unwrap();
+        }
+    }
+    world
+}
+
+/// Rays from near and very far at corners and edges of placed triangles.
+fn aimed_at_placements(world: &World, n: u64, seed: u64) -> Vec<Ray> {
+    let size = world.bounds().unwrap().extent().max_element();
+    let ray = |i: u64| {
+        let mut random = Random::new(seed, "aimed at placements", i);
+        let row = random.below(world.instances.len() as u64) as usize;
+        let rows = world.prototypes.rows(world.instances.prototypes[row]);
+        let corners = world.triangles.corners(rows.start + random.below(rows.len() as u64) as usize);
+        let to_world = world.instances.world_from_object[row];
+        let corners = corners.map(|corner| to_world.transform_point3(corner.as_dvec3()));
+        let along = [0.0, 0.5, random.unit()][random.below(3) as usize];
+        let target = corners[0] + along * (corners[1] - corners[0]);
+        let target = target + [0.0, 0.0, 1e-9, 0.2][random.below(4) as usize] * (corners[2] - target);
+        let origin = target + size * random.log_uniform(1e-3, 1e7) * random.direction();
+        let origin = if random.chance(0.2) { DVec3::new(origin.x, target.y, target.z) } else { origin };
+        let t_max = [f64::INFINITY, 1.0, 1.0_f64.next_up()][random.below(3) as usize];
+        Ray::new(origin, target - origin).until(t_max)
+    };
+    (0..n).map(ray).collect()
+}
+
+#[test]
+fn placements_are_answered_like_the_full_scan() {
+    let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    for (spread, seed) in [(3.0, 1), (1e6, 2), (1e-6, 3)] {
+        let world = placements(10, spread, seed);
+        let rays = aimed_at_placements(&world, 200 * factor, seed);
+        let accel = Accel::build(&world, AccelKind::Bvh);
+        let (hits, _) = answers(&accel, &world, &rays);
+        let n_placed = hits.iter().filter(|hit| hit.instance.row().is_some()).count();
+        assert!(n_placed > rays.len() / 4, "{n_placed} of {} rays hit a placement", rays.len());
+        all_agree("placements", &world, &rays);
     }
 }

@@ -80,9 +80,11 @@ fn join_cost(items: &[Item], scale: &Scale, max_growth: f32, pair: &[Cluster]) -
     if may { joined } else { f32::INFINITY }
 }
 
-fn kind_of(item: Item) -> Option<PrimKind> {
+/// What may share a leaf with others of its kind.
+pub fn kind_of(item: Item) -> Option<PrimKind> {
     match item {
-        Item::Prim(prim) => Some(prim.kind()),
-        Item::List(_) => None,
+        Item::Prim(prim) if prim.kind() != PrimKind::Instance => Some(prim.kind()),
+        // A placement is a tree: a box of its own is worth more than room in a leaf.
+        Item::Prim(_) | Item::List(_) => None,
     }
 }

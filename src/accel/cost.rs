@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::area::Scale;
 use super::binary::BinaryTree;
+use super::cluster::kind_of;
 use super::duplicate::{Groups, Item};
 use super::slab::WIDTH;
 use super::wide::MAX_LEAF;
@@ -137,12 +138,8 @@ impl CostTable<'_> {
 
 /// Whether a run of items fits into a leaf: a few primitives of one kind.
 pub fn is_leaf(run: &[Item]) -> bool {
-    let kind = |item: &Item| match item {
-        Item::Prim(prim) => Some(prim.kind()),
-        Item::List(_) => None,
-    };
-    let first = run.first().and_then(kind);
-    first.is_some() && run.len() <= MAX_LEAF && run.iter().all(|item| kind(item) == first)
+    let kind = run.first().and_then(|&item| kind_of(item));
+    kind.is_some() && run.len() <= MAX_LEAF && run.iter().all(|&item| kind_of(item) == kind)
 }
 
 /// How many of some slots the left of two subtrees best takes, and the cost of both.

@@ -74,7 +74,7 @@ pub fn shift(node: &mut WideNode, [nodes, rows, prims]: &[usize; 3]) {
         let by = match (node.tag(slot), node.tag(slot).kind()) {
             (Tag::NODE, _) => nodes,
             (_, PrimKind::Triangle) => rows,
-            (_, PrimKind::Sphere | PrimKind::Quadric) => prims,
+            (_, PrimKind::Sphere | PrimKind::Quadric | PrimKind::Instance) => prims,
         };
         node.child[slot] += *by as u32;
     }

@@ -1,11 +1,12 @@
 //! Tests of whole leaves: one `match` over the kind, then lanes.
 
+use super::single;
 use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::{sphere, triangle};
 use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, WIDTH64, set_bits};
-use crate::world::{Hit, PrimKind, PrimRef, World};
+use crate::world::{Hit, InstanceId, PrimKind, PrimRef, World};
 
 /// Tests a leaf for the closest hit.
 #[inline(always)]
@@ -23,6 +24,10 @@ pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk
             for prim in &tree.prims[first as usize..][..tag.n_prims()] {
                 offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
             }
+        }
+        PrimKind::Instance => {
+            let placed = &tree.prims[first as usize..][..tag.n_prims()];
+            simd.apart(ClosestPlaced { tree, world, walk, placed });
         }
     }
 }
@@ -49,8 +54,66 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first:
                 }
             }
         }
+        PrimKind::Instance => {
+            let placed = &tree.prims[first as usize..][..tag.n_prims()];
+            let mut is_hit = false;
+            simd.apart(AnyPlaced { tree, world, walk, placed, is_hit: &mut is_hit });
+            return is_hit;
+        }
     }
     false
+}
+
+/// Placements in a leaf: each is walked in its own tree by the object ray.
+struct ClosestPlaced<'a> {
+    tree: &'a WideTree,
+    world: &'a World,
+    walk: &'a mut Walk,
+    placed: &'a [PrimRef],
+}
+
+impl Batch for ClosestPlaced<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let ClosestPlaced { tree, world, walk, placed } = self;
+        settle(tree, walk);
+        for prim in placed {
+            let row = prim.row();
+            let Some(ray) = world.instances.object_ray(row, &walk.ray) else { continue };
+            let below = &tree.prototypes[world.instances.prototypes[row].idx()];
+            if let Some(hit) = single::closest_below(simd, below, world, ray) {
+                let hit = Hit { instance: InstanceId::new(row), ..hit };
+                if hit.is_before(&walk.best.hit) {
+                    walk.keep(hit);
+                }
+            }
+        }
+    }
+}
+
+/// See [`ClosestPlaced`].
+struct AnyPlaced<'a> {
+    tree: &'a WideTree,
+    world: &'a World,
+    walk: &'a Walk,
+    placed: &'a [PrimRef],
+    is_hit: &'a mut bool,
+}
+
+impl Batch for AnyPlaced<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let AnyPlaced { tree, world, walk, placed, is_hit } = self;
+        for prim in placed {
+            let row = prim.row();
+            let Some(ray) = world.instances.object_ray(row, &walk.ray) else { continue };
+            let below = &tree.prototypes[world.instances.prototypes[row].idx()];
+            if single::any_below(simd, below, world, ray) {
+                *is_hit = true;
+                return;
+            }
+        }
+    }
 }
 
 /// Which of up to four spheres the ray may hit within its interval.

@@ -21,7 +21,7 @@ impl WideTree {
                 self.triangle_rows.extend(run.iter().map(|prim| prim.row() as u32));
                 first
             }
-            PrimKind::Sphere | PrimKind::Quadric => {
+            PrimKind::Sphere | PrimKind::Quadric | PrimKind::Instance => {
                 let first = self.prims.len();
                 self.prims.extend_from_slice(run);
                 first

@@ -28,11 +28,13 @@ mod stream;
 mod walk;
 mod wide;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
-use crate::world::{Hit, PrimKind, PrimRef, Ray, World, prim};
+use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use packet::PacketQuery;
 use query::{Any, Asked, Closest, Query, Todo};
 use wide::WideTree;
@@ -155,8 +157,9 @@ impl Accel {
             };
         }
         let (mut prims, mut boxes, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
-        prims.reserve_exact(world.n_prims());
-        boxes.reserve_exact(world.n_prims());
+        let n_prims = world.spheres.len() + world.quadrics.len() + world.n_own_triangles() + world.instances.len();
+        prims.reserve_exact(n_prims);
+        boxes.reserve_exact(n_prims);
         for row in 0..world.spheres.len() {
             prims.push(PrimRef::new(PrimKind::Sphere, row));
             boxes.push(world.spheres.bounds(row));
@@ -171,13 +174,18 @@ impl Accel {
                 None => unbounded.push(prim),
             }
         }
+        let n_tabled = prims.len();
         prims.extend(prim::all(world).skip(world.spheres.len() + world.quadrics.len()));
-        boxes.par_extend((0..world.triangles.len()).into_par_iter().map(|row| world.triangles.bounds(row)));
-        let mut groups = duplicate::group(world, &prims, &boxes, build::max_growth(preset));
-        drop((prims, boxes));
-        let binary = build::build(&mut groups, preset);
-        let tree = collapse::collapse(world, &groups, binary);
+        boxes.par_extend(prims[n_tabled..].par_iter().map(|prim| bounds_of(*prim, world)));
+        let mut tree = build_tree(world, prims, boxes, preset);
+        tree.prototypes = world.prototypes.triangles.iter().map(|rows| build_prototype(world, rows, preset)).collect();
         Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree, unbounded }
+    }
+
+    /// Whether anything is placed: rays are then tested against boxes of the world as if they were thicker.
+    #[inline]
+    fn has_placements(&self) -> bool {
+        !self.tree.prototypes.is_empty()
     }
 
     /// Answers each ray with its closest hit: the smallest `t`, at equal `t` the lowest id. A ray that
@@ -271,6 +279,29 @@ impl Accel {
             memory_bytes: self.tree.memory_bytes() + self.unbounded.len() * size_of::<PrimRef>(),
         }
     }
+}
+
+/// Builds the tree of what has boxes.
+fn build_tree(world: &World, prims: Vec<PrimRef>, boxes: Vec<Bounds>, preset: Preset) -> WideTree {
+    let mut groups = duplicate::group(world, &prims, &boxes, build::max_growth(preset));
+    drop((prims, boxes));
+    let binary = build::build(&mut groups, preset);
+    collapse::collapse(world, &groups, binary)
+}
+
+/// Builds the tree of a run of triangles, in their own space.
+fn build_prototype(world: &World, rows: &Range<u32>, preset: Preset) -> WideTree {
+    let prims: Vec<PrimRef> = rows.clone().map(|row| PrimRef::new(PrimKind::Triangle, row as usize)).collect();
+    let boxes = prims.par_iter().map(|prim| world.triangles.bounds(prim.row())).collect();
+    build_tree(world, prims, boxes, preset)
+}
+
+/// The box of a triangle or a placement.
+fn bounds_of(prim: PrimRef, world: &World) -> Bounds {
+    if prim.kind() == PrimKind::Instance {
+        return world.instances.bounds[prim.row()];
+    }
+    world.triangles.bounds(prim.row())
 }
 
 impl<Q: PacketQuery> Batch for Asked<'_, Q> {

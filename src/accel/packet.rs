@@ -7,7 +7,7 @@
 use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
 use super::order::Item;
 use super::query::{Any, Asked, Closest, Query};
-use super::single::Stack;
+use super::single::{Mailboxes, Stack};
 use super::walk::Pending;
 use super::wide::{N_COORDINATES, WideTree};
 use crate::numeric::lane::LaneEdges;
@@ -54,7 +54,8 @@ pub struct Meeting<F: F32Lanes> {
 #[inline(always)]
 pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
     let tree = &asked.accel.tree;
-    let mut stack = Stack::new(tree);
+    let mut items = vec![0; tree.stack_size()];
+    let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
     let mut others = Vec::with_capacity(asked.rays.len());
     let n_rays = asked.rays.len();
     let mut first = 0;
@@ -91,7 +92,7 @@ fn traverse<S: Simd, Q: PacketQuery>(
     tree: &WideTree,
     packet: &Packet,
     found: &mut Found<Q::Answer>,
-    stack: &mut Stack,
+    stack: &mut Stack<'_>,
 ) {
     if tree.nodes.is_empty() {
         return;

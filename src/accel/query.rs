@@ -7,6 +7,7 @@ use super::wide::{Tag, WideTree};
 use super::{Accel, AccelKind, linear};
 use crate::numeric::prepared::{PreparedRay, longest_axis};
 use crate::simd::{Simd, set_bits};
+use crate::world::instance::RAY_SPREAD;
 use crate::world::{Hit, Ray, World};
 
 /// What a batch asks.
@@ -178,6 +179,9 @@ impl<'a, Q: Query> Asked<'a, Q> {
                 Some(ray) => match Q::begin(self.accel, self.world, &ray) {
                     Ok(hit) => {
                         walk.begin(simd, ray, hit);
+                        if self.accel.has_placements() {
+                            walk.thicken(simd, RAY_SPREAD);
+                        }
                         return Some(ray_idx);
                     }
                     Err(answer) => answer,

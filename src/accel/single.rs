@@ -1,18 +1,19 @@
 //! One ray through the wide tree, nearest boxes first.
 
-use super::Visits;
 use super::order::{self, Item};
-use super::query::{Asked, Query};
+use super::query::{Any, Asked, Closest, Query};
 use super::slab::SlabRay;
 use super::walk::Walk;
 use super::wide::{MAX_LEAF, WideTree};
+use super::{Visits, leaf};
+use crate::numeric::prepared::PreparedRay;
 use crate::simd::Simd;
-use crate::world::World;
+use crate::world::{Hit, World};
 
 /// Items that are still to be visited; kept between rays, so that no ray allocates.
 #[derive(Debug)]
-pub struct Stack {
-    items: Vec<u64>,
+pub struct Stack<'a> {
+    items: &'a mut [u64],
     n_items: usize,
     /// Leaves that have been tested.
     pub tested: Mailboxes,
@@ -24,7 +25,7 @@ pub struct Stack {
 
 /// Of leaves that stand in several nodes, which ray tested them last, with the leaf: a direct-mapped cache, for a leaf that
 /// is tested twice costs time and nothing else (mailboxing, Amanatides and Woo 1987). Empty when no leaf is shared.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Mailboxes {
     tested: Vec<(u64, u32)>,
 }
@@ -36,7 +37,8 @@ const N_REMEMBERED: usize = 1 << 14;
 #[inline(always)]
 pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) -> Visits {
     let (accel, world) = (asked.accel, asked.world);
-    let mut stack = Stack::new(&accel.tree);
+    let mut items = vec![0; accel.tree.stack_size()];
+    let mut stack = Stack::new(&mut items, Mailboxes::new(&accel.tree));
     let mut walk = Walk::nowhere(simd);
     while let Some(ray_idx) = asked.start(simd, &mut walk) {
         let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
@@ -45,9 +47,51 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) -> Visits {
     stack.visits
 }
 
+/// Items that fit onto a stack of fixed size: trees of sixteen levels.
+const FEW_ITEMS: usize = 128;
+
+/// The closest hit of an object ray in the tree of a prototype.
+#[inline(always)]
+pub fn closest_below<S: Simd>(simd: S, below: &WideTree, world: &World, ray: PreparedRay) -> Option<Hit> {
+    let (_, mut walk) = walk_below::<S, Closest>(simd, below, world, ray);
+    leaf::settle(below, &mut walk);
+    walk.best.hit.is_some().then_some(walk.best.hit)
+}
+
+/// Whether an object ray meets anything in the tree of a prototype.
+#[inline(always)]
+pub fn any_below<S: Simd>(simd: S, below: &WideTree, world: &World, ray: PreparedRay) -> bool {
+    walk_below::<S, Any>(simd, below, world, ray).0
+}
+
+/// Walks the tree of a prototype; whether the query was over before its end, and the walk.
+#[inline(always)]
+fn walk_below<S: Simd, Q: Query>(simd: S, below: &WideTree, world: &World, ray: PreparedRay) -> (bool, Walk) {
+    let mut walk = Walk::nowhere(simd);
+    walk.begin(simd, ray, Hit::MISS);
+    let (mut few, mut many) = ([0; FEW_ITEMS], Vec::new());
+    let n_items = below.stack_size();
+    let items = if n_items <= FEW_ITEMS {
+        &mut few[..]
+    } else {
+        many.resize(n_items, 0);
+        &mut many[..]
+    };
+    // A leaf that stands in several nodes may be tested more than once.
+    let mut stack = Stack::new(items, Mailboxes::default());
+    let is_over = traverse::<S, Q>(simd, below, world, &mut walk, &mut stack);
+    (is_over, walk)
+}
+
 /// Walks the tree from the root until the query is over or nothing is left; whether it is over.
 #[inline(always)]
-fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, stack: &mut Stack) -> bool {
+fn traverse<S: Simd, Q: Query>(
+    simd: S,
+    tree: &WideTree,
+    world: &World,
+    walk: &mut Walk,
+    stack: &mut Stack<'_>,
+) -> bool {
     if tree.nodes.is_empty() {
         return false;
     }
@@ -68,16 +112,10 @@ fn traverse<S: Simd, Q: Query>(simd: S, tree: &WideTree, world: &World, walk: &m
     }
 }
 
-impl Stack {
-    /// A stack for the rays of one batch.
-    pub fn new(tree: &WideTree) -> Stack {
-        Stack {
-            items: vec![0; tree.stack_size()],
-            n_items: 0,
-            tested: Mailboxes::new(tree),
-            ray: 0,
-            visits: Visits::default(),
-        }
+impl<'a> Stack<'a> {
+    /// A stack for the rays of one batch, with room for [`WideTree::stack_size`] items.
+    pub fn new(items: &'a mut [u64], tested: Mailboxes) -> Stack<'a> {
+        Stack { items, n_items: 0, tested, ray: 0, visits: Visits::default() }
     }
 
     /// Starts a ray.
@@ -98,7 +136,7 @@ impl Stack {
     /// Takes the nearest item within the limit.
     #[inline(always)]
     pub fn pop(&mut self, limit: Item) -> Option<Item> {
-        order::pop(&self.items, &mut self.n_items, limit)
+        order::pop(self.items, &mut self.n_items, limit)
     }
 }
 
@@ -111,7 +149,7 @@ impl Mailboxes {
     /// Whether a ray, by its number from 1 on, has tested the leaf already; from then on it has.
     #[inline(always)]
     pub fn has(&mut self, leaf: Item, ray: u64) -> bool {
-        if !leaf.tag().is_shared() {
+        if !leaf.tag().is_shared() || self.tested.is_empty() {
             return false;
         }
         let now = (ray, leaf.child());

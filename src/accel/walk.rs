@@ -6,7 +6,7 @@ use super::order::Item;
 use super::slab::SlabRay;
 use super::wide::WideTree;
 use crate::numeric::lane::{LaneRay, RoundedRay};
-use crate::numeric::prepared::PreparedRay;
+use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
@@ -93,6 +93,17 @@ impl Walk {
         self.t_max = rounded.t_max[1];
         self.limit = Item::limit(self.t_max);
         self.ray = ray;
+    }
+
+    /// Has boxes tested as if the ray were thicker, by a share of the largest coordinate of its origin.
+    #[inline(always)]
+    pub fn thicken<S: Simd>(&mut self, simd: S, share: f64) {
+        let spread = share * self.ray.origin.abs().max_element();
+        let [down, _] = lanes(simd, self.ray.origin - spread).outwards();
+        let [_, up] = lanes(simd, self.ray.origin + spread).outwards();
+        let inverse = RoundedRay::new(simd, &self.ray).inverse;
+        let octant = self.slab.octant;
+        self.slab = SlabRay::new::<S>(&[down, up], [inverse.abs(), inverse.abs()], octant, f32_at_most(self.ray.t_min));
     }
 
     /// A walk along a ray of no consequence, as a place for others.

@@ -77,7 +77,8 @@ impl Tag {
         match self.0 >> 4 & 3 {
             0 => PrimKind::Sphere,
             1 => PrimKind::Quadric,
-            _ => PrimKind::Triangle,
+            2 => PrimKind::Triangle,
+            _ => PrimKind::Instance,
         }
     }
 }
@@ -106,12 +107,14 @@ pub struct WideTree {
     pub corners: Vec<f32>,
     /// Their rows.
     pub triangle_rows: Vec<u32>,
-    /// Spheres and quadrics in leaf order.
+    /// Spheres, quadrics and placements in leaf order.
     pub prims: Vec<PrimRef>,
     /// Levels on the longest path, the root being 1.
     pub depth: usize,
     /// Whether any leaf stands in several nodes.
     pub has_shared_leaves: bool,
+    /// Trees of what is placed, by [`PrototypeId`](crate::world::PrototypeId), in object space.
+    pub prototypes: Vec<WideTree>,
 }
 
 impl WideNode {
@@ -174,6 +177,7 @@ impl WideTree {
             + self.corners.len() * size_of::<f32>()
             + self.triangle_rows.len() * size_of::<u32>()
             + self.prims.len() * size_of::<PrimRef>()
+            + self.prototypes.iter().map(WideTree::memory_bytes).sum::<usize>()
     }
 
     /// Leaves, and the expected cost of a random ray through the root box: one for each node and one for each leaf

@@ -115,7 +115,7 @@ impl Batch for Describe<'_> {
                 radiance.push(world.background);
                 continue;
             }
-            let material = hit.prim.material(world);
+            let material = hit.material(world);
             radiance.push(world.materials.ambient[material.idx()]);
             if is_shaded[material.idx()] {
                 points.push(DescribedHit { ray_idx: ray_idx as u32, material, surface: describe(world, ray, hit) });

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::BARE;
 use crate::numeric::U;
 use crate::numeric::sphere::to_surface;
 use crate::numeric::triangle::to_plane;
@@ -47,14 +48,14 @@ impl Surface {
 /// distance; one step along the normal leaves only the rounding of the point itself.
 #[inline(always)]
 pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
-    let along = step_along(step_along(ray.origin, hit.t, ray.direction), hit.t * f64::from(hit.t_rest), ray.direction);
+    if !BARE && let Some(placement) = hit.instance.row() {
+        return describe_placed(world, placement, ray, hit);
+    }
+    let along = point_along(ray.origin, ray.direction, hit);
     let row = hit.prim.row();
     match hit.prim.kind() {
-        PrimKind::Triangle => {
-            let corners = world.triangles.corners(row);
-            let extent = (along - corners[0].as_dvec3()).abs().max_element();
-            Surface { p: along + to_plane(corners, along), ng: world.triangles.ng(row), extent }
-        }
+        // A hit never names a placement itself.
+        PrimKind::Triangle | PrimKind::Instance => describe_triangle(world, row, along),
         PrimKind::Sphere => {
             let (center, radius) = (world.spheres.centers[row], world.spheres.radii[row]);
             let off = along - center;
@@ -67,6 +68,33 @@ pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
         }
         PrimKind::Quadric => describe_quadric(world, row, ray, along),
     }
+}
+
+#[inline(always)]
+fn describe_triangle(world: &World, row: usize, along: DVec3) -> Surface {
+    let corners = world.triangles.corners(row);
+    let extent = (along - corners[0].as_dvec3()).abs().max_element();
+    Surface { p: along + to_plane(corners, along), ng: world.triangles.ng(row), extent }
+}
+
+/// A triangle of a placement: described in its own space, where it was hit, and carried into the world.
+#[inline(always)]
+fn describe_placed(world: &World, placement: usize, ray: &Ray, hit: &Hit) -> Surface {
+    let instances = &world.instances;
+    let to_object = &instances.object_from_world[placement];
+    let (origin, direction) = (to_object.transform_point3(ray.origin), to_object.transform_vector3(ray.direction));
+    let Surface { p, ng, extent: _ } = describe_triangle(world, hit.prim.row(), point_along(origin, direction, hit));
+    Surface {
+        p: instances.world_from_object[placement].transform_point3(p),
+        ng: instances.normal(placement, ng).unwrap_or_else(|| facing(ray)),
+        extent: instances.extents[placement],
+    }
+}
+
+/// The point of a ray at a hit.
+#[inline(always)]
+fn point_along(origin: DVec3, direction: DVec3, hit: &Hit) -> DVec3 {
+    step_along(step_along(origin, hit.t, direction), hit.t * f64::from(hit.t_rest), direction)
 }
 
 fn describe_quadric(world: &World, row: usize, ray: &Ray, along: DVec3) -> Surface {
@@ -130,5 +158,21 @@ pub(super) fn vertex_normals(world: &World, hit: &Hit) -> Option<[DVec3; 3]> {
     let first_normal = world.meshes.first_normal[mesh]?;
     let first_vertex = world.meshes.first_vertex[mesh];
     let normal = |vertex: u32| world.triangles.normals[(vertex - first_vertex + first_normal) as usize].as_dvec3();
-    Some(world.triangles.vertices[row].map(normal))
+    let normals = world.triangles.vertices[row].map(normal);
+    match hit.instance.row() {
+        Some(placement) if !BARE => {
+            Some(normals.map(|normal| world.instances.normal(placement, normal).unwrap_or(normal)))
+        }
+        _ => Some(normals),
+    }
+}
+
+/// The corners of the triangle that was hit, in world space.
+#[inline]
+pub(super) fn world_corners(world: &World, hit: &Hit) -> [DVec3; 3] {
+    let corners = world.triangles.corners(hit.prim.row()).map(|corner| corner.as_dvec3());
+    match hit.instance.row() {
+        Some(placement) => corners.map(|corner| world.instances.world_from_object[placement].transform_point3(corner)),
+        None => corners,
+    }
 }

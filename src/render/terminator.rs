@@ -21,7 +21,7 @@
 
 use glam::DVec3;
 
-use super::surface::{Surface, vertex_normals};
+use super::surface::{Surface, vertex_normals, world_corners};
 use crate::world::{Hit, World};
 
 /// Where rays to the side of the unit shading normal `ns` start; `None` for what is not on a smooth mesh. `ns` may have
@@ -36,7 +36,7 @@ pub fn start(world: &World, hit: &Hit, surface: &Surface, ns: DVec3) -> Option<D
     if side * surface.ng.dot(ns) <= 0.0 {
         return None;
     }
-    let corners = world.triangles.corners(hit.prim.row()).map(|corner| corner.as_dvec3());
+    let corners = world_corners(world, hit);
     let below = |i: usize| (side * (corners[i] - surface.p).dot(normals[i])).max(0.0);
     let lift = weights[0] * below(0) + weights[1] * below(1) + weights[2] * below(2);
     Some(surface.p + (lift + surface.clearance(lift)) * ns)

@@ -6,6 +6,7 @@
 pub mod bounds;
 pub mod camera;
 pub mod id;
+pub mod instance;
 pub mod light;
 pub mod material;
 pub mod prim;
@@ -19,6 +20,7 @@ use glam::DVec3;
 pub use bounds::Bounds;
 pub use camera::Camera;
 pub use id::{MaterialId, MeshId, ObjectId};
+pub use instance::{InstanceId, Instances, PrototypeId, Prototypes};
 pub use light::Lights;
 pub use material::{Material, Materials};
 pub use prim::{PrimKind, PrimRef};
@@ -38,6 +40,10 @@ pub struct World {
     pub triangles: Triangles,
     /// One row per mesh; a lone triangle is a mesh of one.
     pub meshes: Meshes,
+    /// Meshes that are seen only where they are placed.
+    pub prototypes: Prototypes,
+    /// Placements of prototypes.
+    pub instances: Instances,
     /// Materials.
     pub materials: Materials,
     /// Point lights.
@@ -59,6 +65,8 @@ pub struct Features {
     pub unbounded_quadrics: bool,
     /// Any triangle.
     pub triangles: bool,
+    /// Any placement of a prototype.
+    pub instances: bool,
     /// Any mesh with interpolated normals.
     pub smooth_normals: bool,
     /// Any material that mirrors.
@@ -77,6 +85,7 @@ impl World {
             quadrics: !self.quadrics.is_empty(),
             unbounded_quadrics: self.quadrics.bounds.iter().any(Option::is_none),
             triangles: !self.triangles.is_empty(),
+            instances: !self.instances.is_empty(),
             smooth_normals: self.meshes.first_normal.iter().any(Option::is_some),
             reflection: self.materials.reflectance.iter().any(|&k| k > 0.0),
             direct_light: !self.lights.is_empty() && self.materials.any_lit(),
@@ -84,9 +93,9 @@ impl World {
         }
     }
 
-    /// Number of primitives of all kinds.
+    /// Number of primitives of all kinds in the tables; a prototype's triangles count once.
     pub fn n_prims(&self) -> usize {
-        self.spheres.len() + self.quadrics.len() + self.triangles.len()
+        self.spheres.len() + self.quadrics.len() + self.triangles.len() + self.instances.len()
     }
 
     /// The box around all bounded primitives; `None` when there is none.
@@ -96,12 +105,13 @@ impl World {
     }
 
     /// Bytes that the tables hold, by table name.
-    pub fn memory_bytes(&self) -> [(&'static str, usize); 6] {
+    pub fn memory_bytes(&self) -> [(&'static str, usize); 7] {
         [
             ("spheres", self.spheres.memory_bytes()),
             ("quadrics", self.quadrics.memory_bytes()),
             ("triangles", self.triangles.memory_bytes()),
             ("meshes", self.meshes.memory_bytes()),
+            ("instances", self.instances.memory_bytes()),
             ("materials", self.materials.memory_bytes()),
             ("lights", self.lights.memory_bytes()),
         ]

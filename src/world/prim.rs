@@ -1,11 +1,12 @@
 //! The enum over all kinds of primitives, and the only `match`es over it.
 
-use super::{Bounds, Hit, MaterialId, ObjectId, World};
+use super::{Bounds, Hit, World};
 use crate::BARE;
 use crate::numeric::prepared::PreparedRay;
 
 /// The kinds of primitives. The order is the order of ties: at equal `t` a sphere is hit before a quadric before a
-/// triangle, and within a kind the lower row.
+/// triangle before a placement, and within a kind
+/// the lower row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum PrimKind {
@@ -15,6 +16,8 @@ pub enum PrimKind {
     Quadric = 1,
     /// A row of [`Triangles`](super::Triangles).
     Triangle = 2,
+    /// A row of [`Instances`](super::Instances): a mesh that is placed.
+    Instance = 3,
 }
 
 /// A row of one of the primitive tables: kind in the upper two bits, row in the lower thirty.
@@ -48,7 +51,8 @@ impl PrimRef {
             _ if BARE => PrimKind::Triangle,
             0 => PrimKind::Sphere,
             1 => PrimKind::Quadric,
-            _ => PrimKind::Triangle,
+            2 => PrimKind::Triangle,
+            _ => PrimKind::Instance,
         }
     }
 
@@ -64,6 +68,7 @@ impl PrimRef {
             PrimKind::Sphere => Some(world.spheres.bounds(self.row())),
             PrimKind::Quadric => world.quadrics.bounds[self.row()],
             PrimKind::Triangle => Some(world.triangles.bounds(self.row())),
+            PrimKind::Instance => Some(world.instances.bounds[self.row()]),
         }
     }
 
@@ -74,35 +79,18 @@ impl PrimRef {
             PrimKind::Sphere => world.spheres.intersect(self.row(), ray),
             PrimKind::Quadric => world.quadrics.intersect(self.row(), ray),
             PrimKind::Triangle => world.triangles.intersect(self.row(), ray),
-        }
-    }
-
-    /// The material.
-    #[inline]
-    pub fn material(self, world: &World) -> MaterialId {
-        match self.kind() {
-            PrimKind::Sphere => world.spheres.materials[self.row()],
-            PrimKind::Quadric => world.quadrics.materials[self.row()],
-            PrimKind::Triangle => world.meshes.materials[world.meshes.of_triangle(self.row()).idx()],
-        }
-    }
-
-    /// The object of the scene file.
-    pub fn object(self, world: &World) -> ObjectId {
-        match self.kind() {
-            PrimKind::Sphere => world.spheres.objects[self.row()],
-            PrimKind::Quadric => world.quadrics.objects[self.row()],
-            PrimKind::Triangle => world.meshes.objects[world.meshes.of_triangle(self.row()).idx()],
+            PrimKind::Instance => world.intersect_instance(self.row(), ray),
         }
     }
 }
 
-/// All primitives of a world in the order of ids.
-pub fn all(world: &World) -> impl Iterator<Item = PrimRef> + use<> {
+/// All primitives of a world that are seen where they are, and all placements, in the order of ids.
+pub fn all(world: &World) -> impl Iterator<Item = PrimRef> + use<'_> {
     let rows = |kind, n| (0..n).map(move |row| PrimRef::new(kind, row));
     rows(PrimKind::Sphere, world.spheres.len())
         .chain(rows(PrimKind::Quadric, world.quadrics.len()))
-        .chain(rows(PrimKind::Triangle, world.triangles.len()))
+        .chain(world.own_triangles().map(|row| PrimRef::new(PrimKind::Triangle, row)))
+        .chain(world.instance_refs())
 }
 
 #[cfg(test)]
@@ -111,8 +99,8 @@ mod tests {
 
     #[test]
     fn a_prim_ref_returns_what_it_was_made_of() {
-        for kind in [PrimKind::Sphere, PrimKind::Quadric, PrimKind::Triangle] {
-            for row in [0, 1, PrimRef::MAX_ROWS - 1] {
+        for kind in [PrimKind::Sphere, PrimKind::Quadric, PrimKind::Triangle, PrimKind::Instance] {
+            for row in [0, 1, PrimRef::MAX_ROWS - 2] {
                 let prim = PrimRef::new(kind, row);
                 assert_eq!((prim.kind(), prim.row()), (kind, row));
                 assert!(prim < PrimRef::NONE);

@@ -6,10 +6,9 @@
 
 use glam::{DMat3, DMat4, DVec3};
 
-use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind, PrimRef};
+use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::quadric::{Quadric, intersect};
-use crate::numeric::ratio::Parameter;
 
 /// Quadrics as columns.
 #[derive(Clone, Debug, Default)]
@@ -47,8 +46,8 @@ impl Quadrics {
     /// The first hit of a row within the ray's interval.
     #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
-        let Parameter { t, t_rest } = intersect(ray, &self.surfaces[row])?;
-        Some(Hit { t, t_rest, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Quadric, row) })
+        let at = intersect(ray, &self.surfaces[row])?;
+        Some(Hit::of_surface(at, PrimKind::Quadric, row))
     }
 
     /// Bytes held.

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{PrimKind, PrimRef};
+use super::{InstanceId, MaterialId, ObjectId, PrimKind, PrimRef, World};
+use crate::BARE;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::Parameter;
 use crate::numeric::triangle::TriangleHit;
@@ -72,19 +73,29 @@ pub struct Hit {
     /// What rounding `t` to f64 lost, as a share of it: it makes the point right to the last bits and never decides
     /// anything.
     pub t_rest: f32,
+    /// The placement that was hit, if it was one: `prim` is then a triangle of its prototype.
+    pub instance: InstanceId,
 }
 
-const _: () = assert!(size_of::<Ray>() == 64 && size_of::<Hit>() == 32);
+const _: () = assert!(size_of::<Ray>() == 64 && size_of::<Hit>() == 40);
 
 impl Hit {
     /// No hit.
-    pub const MISS: Hit = Hit { t: f64::INFINITY, u: 0.0, v: 0.0, prim: PrimRef::NONE, t_rest: 0.0 };
+    pub const MISS: Hit =
+        Hit { t: f64::INFINITY, u: 0.0, v: 0.0, prim: PrimRef::NONE, t_rest: 0.0, instance: InstanceId::WORLD };
 
     /// The hit of a row of triangles.
     #[inline(always)]
     pub fn of_triangle(hit: &TriangleHit, row: usize) -> Hit {
         let TriangleHit { at: Parameter { t, t_rest }, u, v } = *hit;
-        Hit { t, u, v, prim: PrimRef::new(PrimKind::Triangle, row), t_rest }
+        Hit { t, u, v, prim: PrimRef::new(PrimKind::Triangle, row), t_rest, instance: InstanceId::WORLD }
+    }
+
+    /// The hit of a row of a table whose surfaces have no coordinates.
+    #[inline(always)]
+    pub fn of_surface(at: Parameter, kind: PrimKind, row: usize) -> Hit {
+        let Parameter { t, t_rest } = at;
+        Hit { t, u: 0.0, v: 0.0, prim: PrimRef::new(kind, row), t_rest, instance: InstanceId::WORLD }
     }
 
     /// Whether something was hit.
@@ -95,13 +106,46 @@ impl Hit {
 
     /// Whether two hits are the same in every bit: `==` takes −0 for 0.
     pub fn same_bits(&self, other: &Hit) -> bool {
-        let bits = |hit: &Hit| ([hit.t, hit.u, hit.v].map(f64::to_bits), hit.t_rest.to_bits(), hit.prim);
+        let bits = |hit: &Hit| ([hit.t, hit.u, hit.v].map(f64::to_bits), hit.t_rest.to_bits(), hit.prim, hit.instance);
         bits(self) == bits(other)
     }
 
-    /// Whether this hit comes before `other`: by `t`, then by id, so that the answer never depends on visiting order.
+    /// Whether this hit comes before `other`: by `t`, then by placement and id, so that the answer never depends on
+    /// visiting order.
     #[inline]
     pub fn is_before(&self, other: &Hit) -> bool {
-        self.t < other.t || (self.t == other.t && self.prim < other.prim)
+        self.t < other.t || (self.t == other.t && (self.instance, self.prim) < (other.instance, other.prim))
+    }
+
+    /// The material of what was hit. Must not be asked of a miss.
+    #[inline]
+    pub fn material(&self, world: &World) -> MaterialId {
+        if !BARE
+            && let Some(row) = self.instance.row()
+            && let Some(material) = world.instances.materials[row]
+        {
+            return material;
+        }
+        let row = self.prim.row();
+        match self.prim.kind() {
+            PrimKind::Sphere => world.spheres.materials[row],
+            PrimKind::Quadric => world.quadrics.materials[row],
+            // A hit never names a placement itself.
+            PrimKind::Triangle | PrimKind::Instance => world.meshes.materials[world.meshes.of_triangle(row).idx()],
+        }
+    }
+
+    /// The object of the scene file that was hit. Must not be asked of a miss.
+    #[inline]
+    pub fn object(&self, world: &World) -> ObjectId {
+        if let Some(row) = self.instance.row() {
+            return world.instances.objects[row];
+        }
+        let row = self.prim.row();
+        match self.prim.kind() {
+            PrimKind::Sphere => world.spheres.objects[row],
+            PrimKind::Quadric => world.quadrics.objects[row],
+            PrimKind::Triangle | PrimKind::Instance => world.meshes.objects[world.meshes.of_triangle(row).idx()],
+        }
     }
 }

@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind, PrimRef};
+use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind};
 use crate::numeric::prepared::PreparedRay;
-use crate::numeric::ratio::Parameter;
 use crate::numeric::sphere::intersect;
 
 /// Spheres as columns.
@@ -58,8 +57,8 @@ impl Spheres {
     /// The first hit of a row within the ray's interval.
     #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
-        let Parameter { t, t_rest } = intersect(ray, self.centers[row], self.radii[row])?;
-        Some(Hit { t, t_rest, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Sphere, row) })
+        let at = intersect(ray, self.centers[row], self.radii[row])?;
+        Some(Hit::of_surface(at, PrimKind::Sphere, row))
     }
 
     /// Bytes held.

@@ -54,7 +54,8 @@ impl Primitive {
     pub fn of(world: &World, prim: PrimRef) -> Primitive {
         let row = prim.row();
         match prim.kind() {
-            PrimKind::Triangle => Primitive::Triangle(world.triangles.corners(row)),
+            // A hit on a placement names the triangle too, in the object's space.
+            PrimKind::Triangle | PrimKind::Instance => Primitive::Triangle(world.triangles.corners(row)),
             PrimKind::Sphere => {
                 Primitive::Sphere { center: world.spheres.centers[row], radius: world.spheres.radii[row] }
             }
