@@ -104,6 +104,9 @@ pub const MAX_CONDITION: f64 = 8192.0;
 /// placements are tested against rays this much thicker: 8.1·√3·u·[`MAX_CONDITION`] < 2⁻³⁶ (`docs/NUMERICS.md`).
 pub const RAY_SPREAD: f64 = 1.0 / (1u64 << 36) as f64;
 
+/// How far a transform times its inverse may be from the identity: the bounds below want it small against 1.
+const LARGEST_RESIDUAL: f64 = 1e-3;
+
 const _: () = assert!(8.1 * 1.7321 * U * MAX_CONDITION < RAY_SPREAD);
 
 impl Instances {
@@ -241,10 +244,11 @@ impl Placed {
         let (to_world, to_object) = (&world_from_object, &object_from_world);
         let (norm_world, norm_object) = (frobenius(&to_world.matrix3), frobenius(&to_object.matrix3));
         let condition = norm_world * norm_object;
-        if !(world_from_object.is_finite() && object_from_world.is_finite() && condition.is_finite()) {
+        let product = to_object.matrix3 * to_world.matrix3 - DMat3::IDENTITY;
+        let is_finite = world_from_object.is_finite() && object_from_world.is_finite() && condition < f64::INFINITY;
+        if !is_finite || frobenius(&product) > LARGEST_RESIDUAL {
             return Err(wrong("the transform of a placement must be finite and invertible").into());
         }
-        let product = to_object.matrix3 * to_world.matrix3 - DMat3::IDENTITY;
         if condition > MAX_CONDITION {
             return Err(wrong("the transform stretches one direction too much against another to place a mesh by")
                 .found(format!("a condition of {condition:.0}"))
