@@ -5,6 +5,7 @@
 
 pub mod bounds;
 pub mod camera;
+mod clip_box;
 pub mod id;
 pub mod instance;
 pub mod light;
