@@ -29,6 +29,7 @@ fn paint() -> Material {
         k_d: 0.55,
         k_s: 0.2,
         shininess: 40.0,
+        ..Material::default()
     }
 }
 

@@ -146,6 +146,32 @@ fn a_mesh_is_framed_and_rendered() {
 }
 
 #[test]
+fn an_nff_scene_is_rendered_and_described_and_known_by_its_name_and_by_its_text() {
+    let room = Room::new();
+    let text = "v from 0 0 5 at 0 0 0 up 0 1 0 angle 45 resolution 24 18\nl 5 5 5\nf 1 1 1 0.5 0.1 9 0.8 1.5\ns 0 0 0 1\n\
+                c -1 -1 0 0.5 -1 1 0 0.25\np 4 -9 -9 -2 9 -9 -2 9 9 -2 -9 9 -2\n";
+    room.write("glass.nff", text);
+    room.write("glass.txt", text);
+    room.succeeds("render glass.nff --samples 1 --stats s.json -o a.png");
+    let stats: Value = serde_json::from_str(&fs::read_to_string(room.path().join("s.json")).unwrap()).unwrap();
+    assert_eq!(stats["rays"]["camera_hit"], 24 * 18);
+    assert!(stats["rays"]["refraction"].as_u64().unwrap() > 24 * 18, "{stats}");
+    assert_eq!(png_size(&room.path().join("a.png")), (24, 18));
+    for name in ["glass.nff", "glass.txt"] {
+        let info = room.json(&format!("info {name} --json"));
+        let counts =
+            ["spheres", "quadrics", "unbounded_quadrics", "triangles"].map(|kind| info["primitives"][kind].as_u64());
+        assert_eq!(counts, [Some(1), Some(1), Some(0), Some(2)]);
+        assert_eq!(
+            (info["materials"][0]["transmittance"].as_f64(), info["materials"][0]["ior"].as_f64()),
+            (Some(0.8), Some(1.5))
+        );
+    }
+    room.write("glass.nff", "v from 0 0 5 at 0 0 0 up 0 1 0 angle 45\n");
+    room.fails("render glass.nff", 1, &["glass.nff:1: the view has no `resolution`"]);
+}
+
+#[test]
 fn the_summary_tells_times_rays_memory_and_files() {
     let room = Room::new();
     let output = room.succeeds("render scene.toml --samples 1");

@@ -10,7 +10,7 @@ use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::film::output::Format;
 use flatray::film::{Display, Encoder, Film, Region, Rows};
 use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
-use flatray::scene::Compiled;
+use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::simd::Isa;
 use world_kit::{center_settings, load_scene, scene_names};
 
@@ -67,6 +67,33 @@ fn instruction_sets_modes_and_presets_do_not_show_in_the_bits_of_any_scene() {
             }
         }
     }
+}
+
+#[test]
+fn trees_of_mirrored_and_refracted_rays_have_the_same_bits_on_any_threads_and_tiles() {
+    let text = "[render]\nmax_depth = 12\nbackground = [0.3, 0.5, 0.9]\ntwo_sided = true\n\
+        [camera]\nfov = 40\nwidth = 33\nheight = 21\n\
+        [[light_source]]\nposition = [2, 5, 1]\n\
+        [[material]]\nname = \"glass\"\nk_d = 0.1\nk_s = 0.2\nk_t = 0.7\nsh = 50\n\
+        [[hittable]]\ntype = \"sphere\"\nposition = [-1, 0, -4]\nradius = 1\nmaterial = \"glass\"\n\
+        [[hittable]]\ntype = \"sphere\"\nposition = [1, 0, -4]\nradius = 1\nmaterial = \"glass\"\n\
+        [[hittable]]\ntype = \"sphere\"\nposition = [1, 0.1, -4]\nradius = 0.5\nmaterial = \"glass\"\n\
+        [[hittable]]\ntype = \"sphere\"\nposition = [0, -101, -4]\nradius = 100\nk_s = 0.3\n";
+    let scene = load_text(text, "glass.toml", None, &Overrides::default()).unwrap();
+    let accel = Accel::build(&scene.world, AccelKind::Bvh);
+    let settings = Settings { threads: 1, ..jittered(&scene) };
+    let reference = shoot(&scene, &accel, &settings);
+    let counts = reference.rays;
+    assert!(counts.refraction > 30_000 && counts.reflection > 30_000, "{counts:?}");
+    for (threads, tile_size_px) in [(1, 7), (1, 1000), (2, 8), (2, 32), (5, 64), (5, 1)] {
+        let other = shoot(&scene, &accel, &Settings { threads, tile_size_px, ..settings.clone() });
+        assert_same(&other, &reference, &format!("{threads} threads, tiles of {tile_size_px}"));
+    }
+    for mode in Mode::ALL {
+        assert_same(&shoot(&scene, &accel.clone().with_mode(mode), &settings), &reference, &format!("{mode:?}"));
+    }
+    let linear = Accel::build(&scene.world, AccelKind::Linear);
+    assert_same(&shoot(&scene, &linear, &settings), &reference, "the full scan");
 }
 
 #[test]

@@ -59,6 +59,7 @@ fn parse_listing(text: &str) -> Peer {
                     k_d: n[10],
                     k_s: n[11],
                     shininess: n[12],
+                    ..Material::default()
                 });
             }
             "sphere" => world.spheres.add(DVec3::from_slice(&n), n[3], material, object),

@@ -134,6 +134,17 @@ fn named_materials_and_objects_keep_their_names_and_ids() {
 }
 
 #[test]
+fn transmittance_and_index_of_refraction_arrive_and_glass_is_a_feature() {
+    let sphere = "[[hittable]]\ntype = \"sphere\"\nposition = [0, 0, 0]\nradius = 1\n";
+    let compiled = compile(&format!("{sphere}k_t = 0.75\nior = 1.25\n{sphere}k_t = 0.5\n{sphere}"));
+    assert_eq!(compiled.world.materials.transmittance, [0.75, 0.5, 0.0]);
+    assert_eq!(compiled.world.materials.ior, [1.25, 1.5, 1.5]);
+    assert!(compiled.world.features().refraction && !compile(sphere).world.features().refraction);
+    let error = load_text(&format!("{sphere}k_t = -1\nior = 0"), "t.toml", None, &Overrides::default()).unwrap_err();
+    assert_eq!(error.problems.len(), 2, "{error}");
+}
+
+#[test]
 fn look_at_and_the_matching_extrinsic_are_the_same_camera() {
     let looking = compile("[camera]\nposition = [5, 0, 0]\nlook_at = [0, 0, 0]").camera.world_from_camera;
     // World→camera: +x comes to lie on +z, +z on −x; then 5 back. File rows are the images of x, y, z, and the shift.

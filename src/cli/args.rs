@@ -109,7 +109,7 @@ pub enum Command {
 #[derive(Args, Clone, Debug, Default)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// A scene (.toml) or a mesh (.ply .obj .stl, plain or .gz); the built-in scene unless given
+    /// A scene (.toml, .nff) or a mesh (.ply .obj .stl, plain or .gz); the built-in scene unless given
     pub input: Option<PathBuf>,
 
     /// Write an image, .exr, .png or .pfm by its extension; repeat for several [default: STEM.exr and STEM.png]
@@ -183,7 +183,7 @@ pub struct RenderArgs {
 #[derive(Args, Debug)]
 #[command(after_help = INFO_EXAMPLES)]
 pub struct InfoArgs {
-    /// A scene (.toml) or a mesh (.ply .obj .stl, plain or .gz)
+    /// A scene (.toml, .nff) or a mesh (.ply .obj .stl, plain or .gz)
     pub input: PathBuf,
     /// Print one JSON object
     #[arg(long)]

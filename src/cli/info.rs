@@ -73,6 +73,8 @@ pub struct MaterialInfo {
     pub specular: [f64; 3],
     pub reflectance: f64,
     pub shininess: f64,
+    pub transmittance: f64,
+    pub ior: f64,
 }
 
 /// A point light.
@@ -191,14 +193,19 @@ fn materials(scene: &Compiled) -> Vec<MaterialInfo> {
     let World { materials, .. } = &scene.world;
     let columns = materials.ambient.iter().zip(&materials.diffuse).zip(&materials.specular);
     let scalars = materials.reflectance.iter().zip(&materials.shininess);
-    let rows = columns.zip(scalars).enumerate();
-    rows.map(|(row, (((ambient, diffuse), specular), (&reflectance, &shininess)))| MaterialInfo {
-        name: scene.names.materials.get(row).cloned().unwrap_or_else(|| format!("material {row}")),
-        ambient: ambient.to_array(),
-        diffuse: diffuse.to_array(),
-        specular: specular.to_array(),
-        reflectance,
-        shininess,
+    let glass = materials.transmittance.iter().zip(&materials.ior);
+    let rows = columns.zip(scalars).zip(glass).enumerate();
+    rows.map(|(row, ((((ambient, diffuse), specular), (&reflectance, &shininess)), (&transmittance, &ior)))| {
+        MaterialInfo {
+            name: scene.names.materials.get(row).cloned().unwrap_or_else(|| format!("material {row}")),
+            ambient: ambient.to_array(),
+            diffuse: diffuse.to_array(),
+            specular: specular.to_array(),
+            reflectance,
+            shininess,
+            transmittance,
+            ior,
+        }
     })
     .collect()
 }
@@ -213,6 +220,7 @@ fn feature_names(features: &Features) -> FeatureNames {
         instances,
         smooth_normals,
         reflection,
+        refraction,
         direct_light,
         two_sided,
     } = *features;
@@ -224,6 +232,7 @@ fn feature_names(features: &Features) -> FeatureNames {
         ("instances", instances),
         ("smooth normals", smooth_normals),
         ("reflection", reflection),
+        ("refraction", refraction),
         ("direct light and shadows", direct_light),
         ("two-sided normals", two_sided),
     ];

@@ -62,12 +62,14 @@ fn bvh(bvh: &BvhInfo, page: &mut Page) {
 }
 
 fn material(material: &MaterialInfo) -> String {
-    let MaterialInfo { name, ambient, diffuse, specular, reflectance, shininess } = material;
+    let MaterialInfo { name, ambient, diffuse, specular, reflectance, shininess, transmittance, ior } = material;
     let name: String = name.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     let (ambient, diffuse, specular) = (row(ambient), row(diffuse), row(specular));
+    let glass =
+        if *transmittance > 0.0 { format!(", transmittance {transmittance}, ior {ior}") } else { String::new() };
     format!(
         "{name}: ambient {ambient}, diffuse {diffuse}, specular {specular}, \
-             reflectance {reflectance}, shininess {shininess}"
+             reflectance {reflectance}, shininess {shininess}{glass}"
     )
 }
 

@@ -47,8 +47,19 @@ impl Quadric {
         let both = [0, 1, 2].map(|i| g[i].add(&moved[i]));
         let constant = Dyadic::new(a.w_axis.w).add(&Dyadic::dot(&c, &both)).to_f64();
         let linear = DVec3::from_array(moved.map(|term| term.to_f64()));
+        Quadric::around(center, diagonal, off_diagonal, linear, constant)
+    }
+
+    /// The surface of these coefficients in the frame around a centre; none may be NaN or infinite.
+    pub fn around(center: DVec3, diagonal: DVec3, off_diagonal: DVec3, linear: DVec3, constant: f64) -> Quadric {
         let tame = [center, diagonal, off_diagonal, linear].into_iter().all(is_tame3) && is_tame(constant);
         Quadric { center, diagonal, off_diagonal, linear, constant, tame }
+    }
+
+    /// Whether no coefficient is NaN or infinite.
+    pub fn is_finite(&self) -> bool {
+        [self.center, self.diagonal, self.off_diagonal, self.linear].iter().all(|v| v.is_finite())
+            && self.constant.is_finite()
     }
 
     /// Q·v.

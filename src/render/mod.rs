@@ -2,6 +2,7 @@
 
 pub mod block;
 pub mod camera_ray;
+mod refract;
 mod sampler;
 mod shade;
 pub mod surface;
@@ -77,7 +78,7 @@ pub struct RayCounts {
     pub camera_hit: u64,
     /// Mirror rays.
     pub reflection: u64,
-    /// Refracted rays.
+    /// Refractions tried: total internal reflections, whose rays count as mirror rays too, are among them.
     pub refraction: u64,
     /// Shadow rays.
     pub shadow: u64,
@@ -186,6 +187,7 @@ pub fn render_into(
             shading: shade::Shading::new(world, settings.terminator, accel.isa()),
             max_depth: settings.max_depth,
             clamp: settings.course,
+            chunk_rays: trace::BATCH_RAYS,
         },
         camera: camera_ray::CameraRays::new(camera),
         pattern: sampler::Pattern::new(settings),

@@ -1,14 +1,15 @@
-//! The Phong model with mirror reflection, as `docs/SCENE_FORMAT.md` states it:
+//! The Phong model with mirror reflection and refraction, as `docs/SCENE_FORMAT.md` states it:
 //!
-//! I = k_a·O_a + Σᵢ Sᵢ·Iᵢ·[k_d·O_d·(N·Lᵢ) + k_s·O_s·max(0, R·V)^sh] + k_s·I_r
+//! I = k_a·O_a + Σᵢ Sᵢ·Iᵢ·[k_d·O_d·(N·Lᵢ) + k_s·O_s·max(0, R·V)^sh] + k_s·I_r + k_t·I_t
 //!
 //! Each feature that a scene may lack is a constant of the stage, so that the code of a lacking one is not there.
 
 use glam::DVec3;
 
+use super::refract::refracted;
 use super::surface::{JUST_BEFORE_LIGHT, Surface, describe, shading_normal};
 use super::terminator;
-use super::trace::Level;
+use super::trace::{Bounces, Level};
 use crate::BARE;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Features, Hit, MaterialId, Ray, World};
@@ -25,12 +26,16 @@ pub struct ShadowRay {
 /// What shading a level makes, in memory that is used again for every batch.
 #[derive(Debug, Default)]
 pub struct Lighting {
-    /// Hits that light or mirrors add to.
+    /// Hits that light, mirrors or refraction add to.
     points: Vec<DescribedHit>,
     /// What each of `rays` is sent for.
     pub shadow: Vec<ShadowRay>,
     /// Rays to the lights, in the order of hits and lights.
     pub rays: Vec<Ray>,
+    /// Hits that let light through, total internal reflection among them.
+    pub n_refractions: u64,
+    /// Those of them that sent a refracted ray.
+    pub n_refracted: u64,
 }
 
 /// A hit that is shaded, described.
@@ -41,13 +46,13 @@ struct DescribedHit {
     surface: Surface,
 }
 
-type Stage = fn(&World, &Level, &mut Level, &mut Lighting);
+type Stage = fn(&World, &Level, &mut Bounces, &mut Lighting);
 
 /// The shading stage of a scene, chosen once by its features.
 #[derive(Clone, Debug)]
 pub struct Shading {
     isa: Isa,
-    /// For levels that may send mirror rays, and for the last level, which may not.
+    /// For levels that may send further rays, and for the last level, which may not.
     inner: LevelStage,
     last: LevelStage,
 }
@@ -65,7 +70,8 @@ impl Shading {
     pub fn new(world: &World, terminator: bool, isa: Isa) -> Shading {
         let features = world.features();
         let level = |bounce: bool| {
-            let features = Features { reflection: features.reflection && bounce, ..features };
+            let (reflection, refraction) = (features.reflection && bounce, features.refraction && bounce);
+            let features = Features { reflection, refraction, ..features };
             let stage = match (features.smooth_normals && !BARE, terminator) {
                 (false, _) => stage_of_sides::<false, false>(&features),
                 (true, false) => stage_of_sides::<true, false>(&features),
@@ -73,20 +79,23 @@ impl Shading {
             };
             let is_lit = |id| features.direct_light && world.materials.is_lit(id);
             let is_mirror = |id: MaterialId| features.reflection && world.materials.reflectance[id.idx()] > 0.0;
+            let is_glass = |id: MaterialId| features.refraction && world.materials.transmittance[id.idx()] > 0.0;
+            let is_shaded = |id| is_lit(id) || is_mirror(id) || is_glass(id);
             let ids = (0..world.materials.len() as u32).map(MaterialId);
-            LevelStage { stage, is_shaded: ids.map(|id| is_lit(id) || is_mirror(id)).collect() }
+            LevelStage { stage, is_shaded: ids.map(is_shaded).collect() }
         };
         Shading { isa, inner: level(true), last: level(false) }
     }
 
     /// Shades all hits of a level: fills its radiance, and the rays that are still to be traced. `bounce` says whether
     /// the next level may have rays.
-    pub fn shade(&self, world: &World, level: &mut Level, bounce: bool, next: &mut Level, lighting: &mut Lighting) {
+    pub fn shade(&self, world: &World, level: &mut Level, bounce: bool, next: &mut Bounces, lighting: &mut Lighting) {
         let LevelStage { stage, is_shaded } = if bounce { &self.inner } else { &self.last };
         level.radiance.clear();
         lighting.points.clear();
         lighting.shadow.clear();
         lighting.rays.clear();
+        (lighting.n_refractions, lighting.n_refracted) = (0, 0);
         let Level { rays, hits, radiance, .. } = &mut *level;
         let points = &mut lighting.points;
         self.isa.dispatch(Describe { world, is_shaded, rays, hits, radiance, points });
@@ -128,17 +137,33 @@ impl Batch for Describe<'_> {
 
 fn stage_of_sides<const SMOOTH: bool, const TERMINATOR: bool>(features: &Features) -> Stage {
     match features.two_sided {
-        false => stage_of_mirrors::<SMOOTH, TERMINATOR, false>(features),
-        true => stage_of_mirrors::<SMOOTH, TERMINATOR, true>(features),
+        false => stage_of_bounces::<SMOOTH, TERMINATOR, false>(features),
+        true => stage_of_bounces::<SMOOTH, TERMINATOR, true>(features),
     }
 }
 
-fn stage_of_mirrors<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(features: &Features) -> Stage {
-    match (features.reflection && !BARE, features.direct_light) {
-        (false, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, false, false>,
-        (false, true) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, false, true>,
-        (true, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, true, false>,
-        (true, true) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, true, true>,
+// What rays a hit may send on. Refraction reflects too, where it is total.
+const NO_BOUNCE: u8 = 0;
+const MIRROR: u8 = 1;
+const GLASS: u8 = 2;
+
+fn stage_of_bounces<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(features: &Features) -> Stage {
+    if BARE {
+        return stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, NO_BOUNCE>(features);
+    }
+    match (features.reflection, features.refraction) {
+        (false, false) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, NO_BOUNCE>(features),
+        (true, false) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, MIRROR>(features),
+        (_, true) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, GLASS>(features),
+    }
+}
+
+fn stage_of_lights<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const BOUNCE: u8>(
+    features: &Features,
+) -> Stage {
+    match features.direct_light {
+        false => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, false>,
+        true => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, true>,
     }
 }
 
@@ -166,24 +191,40 @@ impl Point {
 }
 
 /// The second step, over the described hits.
-fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const MIRROR: bool, const LIT: bool>(
+fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const BOUNCE: u8, const LIT: bool>(
     world: &World,
     level: &Level,
-    next: &mut Level,
+    next: &mut Bounces,
     lighting: &mut Lighting,
 ) {
-    let Lighting { points, shadow, rays: shadow_rays } = lighting;
+    let Lighting { points, shadow, rays: shadow_rays, n_refractions, n_refracted } = lighting;
     for &DescribedHit { ray_idx, material, surface } in points.iter() {
         let (ray, hit) = (&level.rays[ray_idx as usize], &level.hits[ray_idx as usize]);
         let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material, surface);
         if LIT && world.materials.is_lit(material) {
             light::<TERMINATOR>(world, &point, ray_idx, shadow, shadow_rays);
         }
-        let reflectance = world.materials.reflectance[material.idx()];
-        if MIRROR && reflectance > 0.0 {
+        if BOUNCE == NO_BOUNCE {
+            continue;
+        }
+        let mut reflectance = world.materials.reflectance[material.idx()];
+        let transmittance = if BOUNCE == GLASS { world.materials.transmittance[material.idx()] } else { 0.0 };
+        let mut behind = None;
+        if BOUNCE == GLASS && transmittance > 0.0 {
+            behind = refracted(point.wo, surface.ng, point.ns, world.materials.ior[material.idx()]);
+            *n_refractions += 1;
+            *n_refracted += u64::from(behind.is_some());
+            // Total internal reflection: what would pass is mirrored.
+            reflectance += if behind.is_none() { transmittance } else { 0.0 };
+        }
+        // The order of the two is that of the sum at their parent.
+        if reflectance > 0.0 {
             let direction = 2.0 * point.ns.dot(point.wo) * point.ns - point.wo;
             let origin = point.leave::<TERMINATOR>(direction);
             next.push(Ray::new(origin, direction), ray_idx, reflectance);
+        }
+        if let Some(direction) = behind {
+            next.push(Ray::new(surface.leave(direction), direction), ray_idx, transmittance);
         }
     }
 }

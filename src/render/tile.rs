@@ -7,15 +7,12 @@ use std::sync::{Mutex, PoisonError};
 use super::block::block_order;
 use super::camera_ray::CameraRays;
 use super::sampler::Pattern;
-use super::trace::{Scene, Wavefront};
+use super::trace::{BATCH_RAYS, Scene, Wavefront};
 use super::{Control, RayCounts, Settings, Stopped, n_tiles};
 use crate::BARE;
 use crate::film::rows::{BAND_ROWS, Rows, RowsMut};
 use crate::film::{Film, Region};
 use crate::numeric::tally::take_exact_tests;
-
-/// Camera rays in a batch at most: a batch and what it sends fit into the second level cache.
-const BATCH_RAYS: usize = 2048;
 
 /// What all workers share.
 pub struct Job<'a> {
@@ -171,7 +168,7 @@ fn render_tile<const ONE_SAMPLE: bool>(
             }
         }
         let next = (place, sample);
-        let level = wavefront.trace(&job.scene);
+        let level = wavefront.trace(&job.scene, &job.control.stop)?;
         (place, sample) = first;
         for (radiance, hit) in level.radiance.iter().zip(&level.hits) {
             let [r, g, b, n_hits] = &mut pixels[order[place] as usize];

@@ -148,7 +148,7 @@ fn compile_camera(camera: &CameraDesc, overrides: &Overrides, report: &Report) -
 }
 
 /// The frame, or the key that prevents it, what is wrong, and advice.
-fn look_at_frame(
+pub(super) fn look_at_frame(
     position: DVec3,
     look_at: DVec3,
     up: DVec3,
@@ -212,7 +212,7 @@ fn material_of(
 
 /// The material with its defaults: [`Material::default`].
 fn material_from(desc: &MaterialDesc) -> Material {
-    let MaterialDesc { ambient, diffuse, specular, k_a, k_d, k_s, shininess } = *desc;
+    let MaterialDesc { ambient, diffuse, specular, k_a, k_d, k_s, shininess, k_t, ior } = *desc;
     let default = Material::default();
     Material {
         ambient: ambient.unwrap_or(default.ambient),
@@ -222,6 +222,8 @@ fn material_from(desc: &MaterialDesc) -> Material {
         k_d: k_d.unwrap_or(default.k_d),
         k_s: k_s.unwrap_or(default.k_s),
         shininess: shininess.unwrap_or(default.shininess),
+        k_t: k_t.unwrap_or(default.k_t),
+        ior: ior.unwrap_or(default.ior),
     }
 }
 
@@ -232,7 +234,7 @@ fn add_material(desc: &MaterialDesc, name: String, world: &mut World, names: &mu
 
 /// Refuses colours whose product with their weight leaves the range that images are stored in.
 fn check_material(desc: &MaterialDesc, span: &std::ops::Range<usize>, key: &str, report: &Report) -> bool {
-    let Material { ambient, diffuse, specular, k_a, k_d, k_s, shininess: _ } = material_from(desc);
+    let Material { ambient, diffuse, specular, k_a, k_d, k_s, shininess: _, k_t: _, ior: _ } = material_from(desc);
     let products = [k_a * ambient, k_d * diffuse, k_s * specular];
     let in_range = products.iter().all(|product| product.max_element() <= f64::from(f32::MAX));
     if !in_range {

@@ -105,6 +105,10 @@ pub struct MaterialDesc {
     pub k_s: Option<f64>,
     /// `sh`.
     pub shininess: Option<f64>,
+    /// `k_t`.
+    pub k_t: Option<f64>,
+    /// `ior`.
+    pub ior: Option<f64>,
 }
 
 /// `[[material]]`.

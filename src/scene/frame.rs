@@ -79,6 +79,7 @@ fn world_of(positions: Vec<glam::Vec3>, triangles: Vec<[u32; 3]>) -> Result<(Wor
         k_d: 0.85,
         k_s: 0.0,
         shininess: 1.0,
+        ..Material::default()
     });
     let normals = smooth_normals_if_gentle(&positions, &triangles);
     let (_, dropped) = world.add_mesh(MeshInput { positions, triangles, normals, material, object: ObjectId(0) })?;

@@ -14,7 +14,7 @@ use super::toml::{Table, walk};
 use super::validate::{COORDINATE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX};
 
 const THREE_NUMBERS: &str = "3 numbers";
-const MATERIAL_KEYS: [&str; 7] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh"];
+const MATERIAL_KEYS: [&str; 9] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh", "k_t", "ior"];
 
 /// Reads a text; what is wrong goes to the report, and what could be read is returned all the same.
 pub fn read_scene(text: &str, report: &Report) -> SceneDesc {
@@ -100,6 +100,8 @@ fn read_material(table: &mut Table<'_>) -> MaterialDesc {
         k_d: table.number("k_d", &NON_NEGATIVE).map(|k| k.value),
         k_s: table.number("k_s", &NON_NEGATIVE).map(|k| k.value),
         shininess: table.number("sh", &NON_NEGATIVE).map(|sh| sh.value),
+        k_t: table.number("k_t", &NON_NEGATIVE).map(|k| k.value),
+        ior: table.number("ior", &POSITIVE).map(|ior| ior.value),
     }
 }
 

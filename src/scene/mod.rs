@@ -5,6 +5,7 @@ pub mod desc;
 pub mod frame;
 pub mod keys;
 pub mod mesh;
+pub mod nff;
 pub mod normals;
 
 mod geometry;
@@ -27,6 +28,9 @@ use crate::world::{Camera, World};
 /// Longest scene text that is read, in bytes. Scenes of this size are generated ones, and a mesh file holds the same
 /// triangles in a tenth of it.
 const MAX_TEXT_BYTES: u64 = 256 << 20;
+
+/// What is read of a file to tell its kind, in bytes.
+const SNIFFED_BYTES: u64 = 4096;
 
 /// A compiled scene: the tables, and beside them what the tables do not hold.
 #[derive(Clone, Debug)]
@@ -111,7 +115,7 @@ impl UpAxis {
     }
 }
 
-/// Reads and compiles a scene file or a bare mesh, told apart by extension.
+/// Reads and compiles a scene file or a bare mesh, told apart by extension; an NFF scene is also known by its text.
 ///
 /// # Errors
 /// Everything that is wrong with the file, as many mistakes at once as can be told apart.
@@ -122,8 +126,10 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> {
             load_text(&read_text(path)?, &path.to_string_lossy(), Some(base_dir), overrides)
         }
         Some(InputKind::Mesh) => frame::load_mesh(path, overrides),
+        Some(InputKind::Nff) => nff::load(path, overrides),
+        None if begins_as_nff(path) => nff::load(path, overrides),
         None => Err(Problem::new(Place::file(path), "not a kind of file that can be rendered")
-            .expected("a scene .toml, or a mesh .ply, .obj or .stl, plain or with .gz")
+            .expected("a scene .toml or .nff, or a mesh .ply, .obj or .stl, plain or with .gz")
             .into()),
     }
 }
@@ -132,16 +138,28 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> {
 enum InputKind {
     Scene,
     Mesh,
+    Nff,
 }
 
 /// What a file is by its extension, in upper or lower case.
 fn input_kind(path: &Path) -> Option<InputKind> {
     let name = path.file_name()?.to_string_lossy().to_lowercase();
     let plain = name.strip_suffix(".gz").unwrap_or(&name);
+    if plain.strip_suffix(".zst").unwrap_or(plain).ends_with(".nff") {
+        return Some(InputKind::Nff);
+    }
     if [".ply", ".obj", ".stl"].iter().any(|extension| plain.ends_with(extension)) {
         return Some(InputKind::Mesh);
     }
     name.ends_with(".toml").then_some(InputKind::Scene)
+}
+
+/// Whether the beginning of a regular file is that of an NFF scene.
+fn begins_as_nff(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    let mut read = || File::open(path)?.take(SNIFFED_BYTES).read_to_end(&mut head);
+    is_file && read().is_ok() && nff::is_nff(&head)
 }
 
 /// The text of a scene file.

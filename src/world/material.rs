@@ -21,6 +21,10 @@ pub struct Material {
     pub k_s: f64,
     /// Phong exponent.
     pub shininess: f64,
+    /// Weight of the refracted radiance.
+    pub k_t: f64,
+    /// Index of refraction of the inside over that of the outside; above 0.
+    pub ior: f64,
 }
 
 /// Materials as columns.
@@ -36,18 +40,24 @@ pub struct Materials {
     pub reflectance: Vec<f64>,
     /// Phong exponent.
     pub shininess: Vec<f64>,
+    /// Weight of the refracted radiance, the same for the three channels: k_t.
+    pub transmittance: Vec<f64>,
+    /// Index of refraction of the inside over that of the outside.
+    pub ior: Vec<f64>,
 }
 
 impl Materials {
     /// Appends a material.
     pub fn add(&mut self, material: &Material) -> MaterialId {
-        let Material { ambient, diffuse, specular, k_a, k_d, k_s, shininess } = *material;
+        let Material { ambient, diffuse, specular, k_a, k_d, k_s, shininess, k_t, ior } = *material;
         let id = MaterialId(self.len() as u32);
         self.ambient.push(k_a * ambient);
         self.diffuse.push(k_d * diffuse);
         self.specular.push(k_s * specular);
         self.reflectance.push(k_s);
         self.shininess.push(shininess);
+        self.transmittance.push(k_t);
+        self.ior.push(ior);
         id
     }
 
@@ -74,7 +84,7 @@ impl Materials {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        self.len() * (3 * size_of::<DVec3>() + 2 * size_of::<f64>())
+        self.len() * (3 * size_of::<DVec3>() + 4 * size_of::<f64>())
     }
 }
 
@@ -89,6 +99,8 @@ impl Default for Material {
             k_d: 0.8,
             k_s: 0.0,
             shininess: 1.0,
+            k_t: 0.0,
+            ior: 1.5,
         }
     }
 }

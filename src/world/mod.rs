@@ -72,6 +72,8 @@ pub struct Features {
     pub smooth_normals: bool,
     /// Any material that mirrors.
     pub reflection: bool,
+    /// Any material that lets light through.
+    pub refraction: bool,
     /// Any light that can reach a material with a diffuse or specular part.
     pub direct_light: bool,
     /// Normals are turned to the viewer.
@@ -89,6 +91,7 @@ impl World {
             instances: !self.instances.is_empty(),
             smooth_normals: self.meshes.first_normal.iter().any(Option::is_some),
             reflection: self.materials.reflectance.iter().any(|&k| k > 0.0),
+            refraction: self.materials.transmittance.iter().any(|&k| k > 0.0),
             direct_light: !self.lights.is_empty() && self.materials.any_lit(),
             two_sided: self.two_sided,
         }

@@ -13,7 +13,7 @@ const VACANT: [u32; 3] = [u32::MAX; 3];
 
 /// Faces in the order of the file. Whoever adds one has seen that its indices are in range.
 #[derive(Debug, Default)]
-pub(super) struct Faces {
+pub(in crate::scene) struct Faces {
     triangles: Vec<[u32; 3]>,
     polygons: Vec<Polygon>,
     /// Corners of all polygons, one after the other.
@@ -87,6 +87,20 @@ impl Faces {
     /// # Errors
     /// When a polygon is too tangled to be cut in reasonable time.
     pub fn cut(self, positions: &[Vec3], findings: &mut Vec<Finding>) -> Outcome<Vec<[u32; 3]>> {
+        let mut cutter = Cutter::new(self.corners.len());
+        self.cut_with(&mut cutter, positions, findings)
+    }
+
+    /// [`Faces::cut`] with a cutter that meshes of one file share, and with it the work that the file may cause.
+    ///
+    /// # Errors
+    /// As [`Faces::cut`].
+    pub fn cut_with(
+        self,
+        cutter: &mut Cutter,
+        positions: &[Vec3],
+        findings: &mut Vec<Finding>,
+    ) -> Outcome<Vec<[u32; 3]>> {
         let Faces { mut triangles, polygons, corners, too_short, .. } = self;
         findings.extend(too_short.finding(|count| {
             let faces = counted(
@@ -96,7 +110,6 @@ impl Faces {
             );
             format!("{faces} left out")
         }));
-        let mut cutter = Cutter::new(corners.len());
         let mut rest = corners.as_slice();
         let mut n_vacant = 0;
         for Polygon { first_triangle, n_corners, at } in polygons {

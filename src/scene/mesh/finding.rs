@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 /// Where in the bytes a finding lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum At {
+pub(in crate::scene) enum At {
     /// The whole file.
     File,
     /// The line of text that holds this offset.
@@ -15,7 +15,7 @@ pub(super) enum At {
 
 /// A problem without its path: an error when returned as one, a warning when collected.
 #[derive(Clone, Debug)]
-pub(super) struct Finding {
+pub(in crate::scene) struct Finding {
     pub at: At,
     /// The thing it is about, for example `vertex[3].y`.
     pub key: Option<String>,
@@ -26,7 +26,7 @@ pub(super) struct Finding {
 }
 
 /// Boxed, so that a reader's hot path returns two words.
-pub(super) type Outcome<T> = Result<T, Box<Finding>>;
+pub(in crate::scene) type Outcome<T> = Result<T, Box<Finding>>;
 
 impl Finding {
     #[cold]
@@ -72,7 +72,7 @@ impl Finding {
 
 /// Cases of the same kind, counted, so that a file with a million of them gives one warning with the first place.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tally {
+pub(in crate::scene) struct Tally {
     count: usize,
     first: Option<At>,
 }
@@ -90,12 +90,12 @@ impl Tally {
 }
 
 /// `1 face`, `2 faces`.
-pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
+pub(in crate::scene) fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// Bytes of a file as they may stand in a message: lossy, without control characters, at most 40 characters.
-pub(super) fn quoted(bytes: &[u8]) -> String {
+pub(in crate::scene) fn quoted(bytes: &[u8]) -> String {
     const MAX_CHARS: usize = 40;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * MAX_CHARS + 4)]);
     let mut shown: String = text.chars().take(MAX_CHARS).flat_map(char::escape_debug).collect();

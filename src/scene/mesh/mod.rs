@@ -11,13 +11,13 @@
 //! and only here it becomes a [`Problem`] with a file and a line or a byte.
 
 mod ear;
-mod faces;
-mod finding;
-mod number;
+pub(super) mod faces;
+pub(super) mod finding;
+pub(super) mod number;
 mod obj;
 mod ply;
-mod polygon;
-mod source;
+pub(super) mod polygon;
+pub(super) mod source;
 mod stl;
 mod weld;
 
@@ -62,7 +62,7 @@ struct Soup {
 }
 
 /// More vertices than this are refused, so that an index fits 31 bits and no sign is lost in a signed index type.
-const MAX_VERTICES: usize = i32::MAX as usize;
+pub(super) const MAX_VERTICES: usize = i32::MAX as usize;
 
 /// Reads a mesh file, told apart by extension: `.ply`, `.obj`, `.stl`, each plain or with `.gz` behind, in any case of
 /// letters. A file that begins with the PLY magic is read as PLY under any name, and gzip is known by its magic too.

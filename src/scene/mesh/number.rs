@@ -8,13 +8,13 @@ const EXACT_POWERS_OF_TEN: [f64; 23] = [
 
 /// Whether a byte separates values: blanks, line ends and other control characters.
 #[inline]
-pub(super) fn is_blank(byte: u8) -> bool {
+pub(in crate::scene) fn is_blank(byte: u8) -> bool {
     byte <= b' '
 }
 
 /// Whether a byte ends a line.
 #[inline]
-pub(super) fn is_line_end(byte: u8) -> bool {
+pub(in crate::scene) fn is_line_end(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
 }
 
@@ -31,7 +31,7 @@ fn ends_number(bytes: &[u8], at: usize) -> bool {
 /// standard library. `nan` and `inf` are numbers in any case of letters, also as old Microsoft C libraries print them
 /// (`1.#IND`, `-1.#INF`, `-nan(ind)`).
 #[inline]
-pub(super) fn parse_f64(bytes: &[u8], at: usize) -> Option<(f64, usize)> {
+pub(in crate::scene) fn parse_f64(bytes: &[u8], at: usize) -> Option<(f64, usize)> {
     let mut end = at;
     let sign = bytes.get(at).copied();
     if matches!(sign, Some(b'-' | b'+')) {

@@ -7,7 +7,7 @@ use super::ear::{Budget, EarClipper};
 
 /// Cuts polygons of a file one after the other, in buffers that are kept.
 #[derive(Debug)]
-pub(super) struct Cutter {
+pub(in crate::scene) struct Cutter {
     /// Corners without repetitions.
     ring: Vec<u32>,
     /// The same, projected so that the polygon runs counter-clockwise.

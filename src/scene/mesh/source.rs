@@ -18,7 +18,7 @@ const GUNZIP_MAX_RATIO: usize = 64;
 
 /// The decompressed bytes of a file, whole in memory.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(in crate::scene) struct Source {
     path: PathBuf,
     bytes: Vec<u8>,
     was_gzipped: bool,
