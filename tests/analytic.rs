@@ -28,6 +28,7 @@ fn paint() -> Material {
         k_a: 0.15,
         k_d: 0.55,
         k_s: 0.2,
+        reflectance: None,
         shininess: 40.0,
         ..Material::default()
     }
@@ -256,6 +257,7 @@ fn a_phong_triangle_mixes_its_normals_by_areas() {
         triangles: vec![[0, 1, 2]],
         normals: Some(normals.into()),
         material,
+        parts: Vec::new(),
         object: OBJECT,
     };
     world.add_mesh(mesh).unwrap();

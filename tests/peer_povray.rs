@@ -58,6 +58,7 @@ fn parse_listing(text: &str) -> Peer {
                     k_a: n[9],
                     k_d: n[10],
                     k_s: n[11],
+                    reflectance: None,
                     shininess: n[12],
                     ..Material::default()
                 });
@@ -79,8 +80,7 @@ fn parse_listing(text: &str) -> Peer {
     }
     // All triangles come last and have one material.
     let triangles = (0..corners.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-    let mesh =
-        MeshInput { positions: corners, triangles, normals: Some(normals), material, object: ObjectId::default() };
+    let mesh = MeshInput { positions: corners, triangles, normals: Some(normals), material, ..MeshInput::default() };
     let (_, dropped) = world.add_mesh(mesh).unwrap();
     assert_eq!((dropped.non_finite, dropped.zero_area, world.triangles.len()), (0, 0, 6598));
 

@@ -47,7 +47,7 @@ fn a_plane_slab_moves_the_image_behind_it_by_what_the_textbook_says() {
         let positions = corners.map(|(x, z)| Vec3::new(x, -3.0, z)).to_vec();
         let material = if stripe % 2 == 0 { red } else { blue };
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        world.add_mesh(MeshInput { positions, triangles, material, object: OBJECT, normals: None }).unwrap();
+        world.add_mesh(MeshInput { positions, triangles, material, object: OBJECT, ..MeshInput::default() }).unwrap();
     }
     let camera = camera(DVec3::new(-3.0, 2.0, 1.0), DVec3::new(0.0, -1.0, -1.0), 50.0, 160, 120);
     let rendered = shoot(&world, &camera, 3);
@@ -185,7 +185,9 @@ fn the_inside_of_a_smooth_mesh_is_told_by_its_winding_and_bent_by_its_normals() 
             [[a, a + 1, b + 1], [a, b + 1, b]]
         })
         .collect();
-    let mesh = MeshInput { positions: ring, triangles, normals: Some(normals), material: glass, object: OBJECT };
+    let normals = Some(normals);
+    let mesh =
+        MeshInput { positions: ring, triangles, normals, material: glass, object: OBJECT, ..MeshInput::default() };
     world.add_mesh(mesh).unwrap();
     let camera = camera(DVec3::new(0.1, 5.0, -2.0), DVec3::new(0.1, 0.0, -2.0), 12.0, 32, 32);
     for (terminator, sampler) in [(false, Sampler::Center), (true, Sampler::Center)] {

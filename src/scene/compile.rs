@@ -94,7 +94,8 @@ fn compile_scene(
         let object = add_object(hittable, &mut names);
         let material = material_of(hittable, materials, &material_ids, &mut world, &mut names, report);
         if let Some(shape) = &hittable.shape {
-            geometry::add_shape(shape, hittable, material, object, base, &mut world, report);
+            let brought = geometry::add_shape(shape, hittable, material, object, base, &mut world, report);
+            names.materials.extend(brought);
         }
     }
     for light in lights {
@@ -221,6 +222,7 @@ fn material_from(desc: &MaterialDesc) -> Material {
         k_a: k_a.unwrap_or(default.k_a),
         k_d: k_d.unwrap_or(default.k_d),
         k_s: k_s.unwrap_or(default.k_s),
+        reflectance: None,
         shininess: shininess.unwrap_or(default.shininess),
         k_t: k_t.unwrap_or(default.k_t),
         ior: ior.unwrap_or(default.ior),
@@ -234,7 +236,8 @@ fn add_material(desc: &MaterialDesc, name: String, world: &mut World, names: &mu
 
 /// Refuses colours whose product with their weight leaves the range that images are stored in.
 fn check_material(desc: &MaterialDesc, span: &std::ops::Range<usize>, key: &str, report: &Report) -> bool {
-    let Material { ambient, diffuse, specular, k_a, k_d, k_s, shininess: _, k_t: _, ior: _ } = material_from(desc);
+    let Material { ambient, diffuse, specular, k_a, k_d, k_s, reflectance: _, shininess: _, k_t: _, ior: _ } =
+        material_from(desc);
     let products = [k_a * ambient, k_d * diffuse, k_s * specular];
     let in_range = products.iter().all(|product| product.max_element() <= f64::from(f32::MAX));
     if !in_range {

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::SamplerKey;
+use super::{NormalsKey, SamplerKey};
 
 /// A value and the bytes of the text that state it.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,6 +122,13 @@ pub struct NamedMaterialDesc {
     pub key: String,
 }
 
+impl MaterialRef {
+    /// Whether the scene says nothing about the material.
+    pub fn is_unstated(&self) -> bool {
+        matches!(self, MaterialRef::Inline(keys) if *keys == MaterialDesc::default())
+    }
+}
+
 /// The material of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MaterialRef {
@@ -191,8 +198,10 @@ pub struct TriangleDesc {
 pub struct MeshDesc {
     /// Where its triangles stand.
     pub source: MeshSource,
-    /// `phong_interpolation`.
-    pub phong_interpolation: Option<bool>,
+    /// `normals`, or what `phong_interpolation` means by it.
+    pub normals: Option<NormalsKey>,
+    /// `crease_angle`; not for [`NormalsKey::File`] and [`NormalsKey::Flat`].
+    pub crease_angle_degrees: Option<f64>,
 }
 
 /// Where the triangles of a mesh stand.

@@ -5,10 +5,11 @@ use std::path::Path;
 use glam::{DMat4, DVec3};
 use rayon::prelude::*;
 
-use super::normals::FaceNormals;
-use super::{Compiled, Names, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, validate};
+use super::mesh::MeshFile;
+use super::normals::{FaceNormals, Weight};
+use super::{Compiled, Names, NormalsKey, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, smoothing, validate};
 use crate::error::{Error, Place, Problem};
-use crate::world::{Bounds, Camera, Material, MeshInput, ObjectId, World};
+use crate::world::{Bounds, Camera, Dropped, Material, ObjectId, World};
 
 const DEFAULT_WIDTH_PX: u32 = 1280;
 const DEFAULT_HEIGHT_PX: u32 = 720;
@@ -48,9 +49,13 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     let width_px = overrides.width_px.unwrap_or(DEFAULT_WIDTH_PX);
     let height_px = overrides.height_px.unwrap_or(DEFAULT_HEIGHT_PX);
     validate::image_size(width_px, height_px).map_err(|problem| *problem)?;
-    let file = mesh::load(path)?;
-    let mut warnings = file.warnings;
-    let (mut world, dropped) = world_of(file.positions, file.triangles).map_err(|mut error| {
+    let mut file = mesh::load_with(path, mesh::Attributes { normals: true, materials: true })?;
+    choose_normals(&mut file);
+    let mut warnings = std::mem::take(&mut file.warnings);
+    for warning in &mut warnings {
+        warning.place.file.get_or_insert_with(|| path.to_path_buf());
+    }
+    let (mut world, material_names, dropped) = world_of(file).map_err(|mut error| {
         error.problems.iter_mut().for_each(|problem| problem.place.file = Some(path.to_path_buf()));
         error
     })?;
@@ -65,11 +70,13 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     add_lights(&mut world, &bounds, &axes);
     let camera = Camera { world_from_camera, fov_y_radians, width_px, height_px };
     let object = path.file_stem().map_or_else(|| "mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    let names = Names { materials: vec![format!("material of {object}")], objects: vec![object] };
+    let materials = std::iter::once(format!("material of {object}")).chain(material_names).collect();
+    let names = Names { materials, objects: vec![object] };
     Ok(Compiled { world, camera, render: RenderKeys::default(), names, warnings })
 }
 
-fn world_of(positions: Vec<glam::Vec3>, triangles: Vec<[u32; 3]>) -> Result<(World, crate::world::Dropped), Error> {
+/// The world of a mesh, the names of the materials that it brought, and what was left out of it.
+fn world_of(file: MeshFile) -> Result<(World, Vec<String>, Dropped), Error> {
     let mut world = World { background: BACKGROUND, two_sided: true, ..World::default() };
     let material = world.materials.add(&Material {
         ambient: DVec3::new(0.80, 0.80, 0.78),
@@ -78,12 +85,22 @@ fn world_of(positions: Vec<glam::Vec3>, triangles: Vec<[u32; 3]>) -> Result<(Wor
         k_a: 0.15,
         k_d: 0.85,
         k_s: 0.0,
+        reflectance: None,
         shininess: 1.0,
         ..Material::default()
     });
-    let normals = smooth_normals_if_gentle(&positions, &triangles);
-    let (_, dropped) = world.add_mesh(MeshInput { positions, triangles, normals, material, object: ObjectId(0) })?;
-    Ok((world, dropped))
+    let (material_names, dropped) = geometry::add_mesh_file(file, material, ObjectId(0), &mut world)?;
+    Ok((world, material_names, dropped))
+}
+
+/// The file's normals where they say something; else smooth ones for a tessellated curved surface, and none for a mesh with
+/// hard edges.
+fn choose_normals(file: &mut MeshFile) {
+    if smoothing::says_something(file) {
+        return smoothing::smooth(file, NormalsKey::File, None);
+    }
+    file.drop_normals();
+    file.normals = smooth_normals_if_gentle(&file.positions, &file.triangles);
 }
 
 /// The smooth normals of a mesh that is a tessellated curved surface; `None` for one with hard edges, and for one
@@ -93,7 +110,7 @@ fn smooth_normals_if_gentle(positions: &[glam::Vec3], triangles: &[[u32; 3]]) ->
         return None;
     }
     let faces = FaceNormals::new(positions, triangles);
-    let normals = faces.smooth_normals();
+    let normals = faces.smooth_normals(Weight::Uniform);
     let angle_cos = libm::cos(GENTLE_ANGLE_DEGREES.to_radians());
     let share = faces.share_of_gentle_corners(&normals, angle_cos);
     (share >= GENTLE_SHARE).then_some(normals)

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::compile::Base;
 use super::desc::{HittableDesc, MeshDesc, MeshSource, QuadricDesc, ShapeDesc, Spanned, SphereDesc, TriangleDesc};
-use super::mesh::MeshFile;
+use super::mesh::{Attributes, MaterialRange, MeshFile};
 use super::report::Report;
-use super::{mesh, normals, validate};
+use super::{NormalsKey, mesh, smoothing, validate};
 use crate::error::{Error, Place, Problem};
-use crate::world::{Dropped, MaterialId, MeshInput, ObjectId, Spheres, World};
+use crate::world::{Dropped, MaterialId, MeshInput, MeshPart, ObjectId, Spheres, World};
 
 /// The `type` of a shape, for the names of objects that have none.
 pub fn kind_name(shape: &ShapeDesc) -> &'static str {
@@ -20,7 +20,7 @@ pub fn kind_name(shape: &ShapeDesc) -> &'static str {
     }
 }
 
-/// Adds an object to the tables, or says why it cannot be.
+/// Adds an object to the tables, or says why it cannot be. Returns the names of the materials that it brought with it.
 pub fn add_shape(
     shape: &ShapeDesc,
     hittable: &HittableDesc,
@@ -29,13 +29,14 @@ pub fn add_shape(
     base: &Base,
     world: &mut World,
     report: &Report,
-) {
+) -> Vec<String> {
     match shape {
         ShapeDesc::Sphere(sphere) => add_sphere(sphere, hittable, material, object, world, report),
         ShapeDesc::Quadric(quadric) => add_quadric(quadric, hittable, material, object, world, report),
         ShapeDesc::Triangle(triangle) => add_triangle(triangle, hittable, material, object, world, report),
-        ShapeDesc::Mesh(mesh) => add_mesh(mesh, hittable, material, object, base, world, report),
+        ShapeDesc::Mesh(mesh) => return add_mesh(mesh, hittable, material, object, base, world, report),
     }
+    Vec::new()
 }
 
 fn add_sphere(
@@ -101,6 +102,7 @@ fn add_triangle(
         triangles: vec![[0, 1, 2]],
         normals,
         material,
+        parts: Vec::new(),
         object,
     };
     match world.add_mesh(input) {
@@ -121,14 +123,18 @@ fn add_mesh(
     base: &Base,
     world: &mut World,
     report: &Report,
-) {
-    let MeshDesc { source, phong_interpolation } = desc;
-    let (path, positions, triangles, span) = match source {
+) -> Vec<String> {
+    let MeshDesc { source, normals, crease_angle_degrees } = desc;
+    let normals = normals.unwrap_or(NormalsKey::Uniform);
+    let (path, mut mesh, span) = match source {
         MeshSource::File(file_path) => {
-            let Some((path, file)) = load_mesh_file(file_path, hittable, base, report) else { return };
-            let MeshFile { positions, triangles, n_faces: _, warnings } = file;
-            report.warnings_elsewhere(&file_path.span, placed(Error { problems: warnings }, &path, hittable));
-            (path, positions, triangles, &file_path.span)
+            // Materials of the scene go before those of the file.
+            let wanted =
+                Attributes { normals: normals == NormalsKey::File, materials: hittable.material.is_unstated() };
+            let Some((path, file)) = load_mesh_file(file_path, wanted, hittable, base, report) else {
+                return Vec::new();
+            };
+            (path, file, &file_path.span)
         }
         MeshSource::Text { positions, triangles } => {
             if triangles.is_empty() {
@@ -136,26 +142,57 @@ fn add_mesh(
                 report.warning(&hittable.span, &hittable.key, problem);
             }
             let positions = positions.iter().map(|position| position.as_vec3()).collect();
-            (report.file().to_path_buf(), positions, triangles.clone(), &hittable.span)
+            let mesh = MeshFile { positions, triangles: triangles.clone(), ..MeshFile::default() };
+            (report.file().to_path_buf(), mesh, &hittable.span)
         }
     };
     // A scene that is refused anyway needs no tables.
-    if report.has_mistakes() {
-        return;
+    let is_refused = report.has_mistakes();
+    if !is_refused {
+        smoothing::smooth(&mut mesh, normals, *crease_angle_degrees);
     }
-    let smooth = phong_interpolation.unwrap_or(true);
-    let normals = smooth.then(|| normals::smooth_normals(&positions, &triangles));
-    match world.add_mesh(MeshInput { positions, triangles, normals, material, object }) {
-        Ok((_, dropped)) => {
+    let warnings = std::mem::take(&mut mesh.warnings);
+    report.warnings_elsewhere(span, placed(Error { problems: warnings }, &path, hittable));
+    if is_refused {
+        return Vec::new();
+    }
+    match add_mesh_file(mesh, material, object, world) {
+        Ok((names, dropped)) => {
             let problems = warnings_about(dropped, &path);
             report.warnings_elsewhere(span, placed(Error { problems }, &path, hittable));
+            names
         }
-        Err(error) => report.mistakes_elsewhere(span, placed(error, &path, hittable)),
+        Err(error) => {
+            report.mistakes_elsewhere(span, placed(error, &path, hittable));
+            Vec::new()
+        }
     }
+}
+
+/// Adds a mesh with the materials that it brought, or one where it has none, and returns their names.
+///
+/// # Errors
+/// As [`World::add_mesh`].
+pub fn add_mesh_file(
+    mesh: MeshFile,
+    material: MaterialId,
+    object: ObjectId,
+    world: &mut World,
+) -> Result<(Vec<String>, Dropped), Error> {
+    let MeshFile { positions, triangles, normals, materials, material_ranges, .. } = mesh;
+    let ids: Vec<MaterialId> = materials.iter().map(|brought| world.materials.add(&brought.material)).collect();
+    let of_range = |range: MaterialRange| MeshPart {
+        first_triangle: range.first_triangle,
+        material: range.material.map_or(material, |row| ids[row as usize]),
+    };
+    let parts = material_ranges.into_iter().map(of_range).collect();
+    let (_, dropped) = world.add_mesh(MeshInput { positions, triangles, normals, material, parts, object })?;
+    Ok((materials.into_iter().map(|brought| brought.name).collect(), dropped))
 }
 
 fn load_mesh_file(
     file_path: &Spanned<String>,
+    wanted: Attributes,
     hittable: &HittableDesc,
     base: &Base,
     report: &Report,
@@ -169,7 +206,7 @@ fn load_mesh_file(
         report.mistake(&file_path.span, &format!("{}.file_path", hittable.key), problem);
         return None;
     };
-    match mesh::load(path) {
+    match mesh::load_with(path, wanted) {
         Ok(file) => Some((path.clone(), file)),
         Err(error) => {
             report.mistakes_elsewhere(&file_path.span, placed(error, path, hittable));

@@ -4,14 +4,14 @@
 
 use crate::error::{Error, Place, Problem};
 
-use super::SamplerKey;
 use super::desc::{
     CameraDesc, HittableDesc, LightDesc, MaterialDesc, MaterialRef, MeshDesc, MeshSource, NamedMaterialDesc, PoseDesc,
     QuadricDesc, RenderDesc, SceneDesc, ShapeDesc, SphereDesc, TriangleDesc,
 };
 use super::report::Report;
 use super::toml::{Table, walk};
-use super::validate::{COORDINATE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX};
+use super::validate::{COORDINATE, CREASE_ANGLE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX};
+use super::{NormalsKey, SamplerKey};
 
 const THREE_NUMBERS: &str = "3 numbers";
 const MATERIAL_KEYS: [&str; 9] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh", "k_t", "ior"];
@@ -201,7 +201,7 @@ fn read_mesh(table: &mut Table<'_>) -> Option<ShapeDesc> {
     let vertices = table.points("vertices", &COORDINATE);
     let faces =
         table.index_triples("faces", vertices.as_ref().map_or(u32::MAX as usize, |vertices| vertices.value.len()));
-    let phong_interpolation = table.flag("phong_interpolation");
+    let (normals, crease_angle_degrees) = read_normals(table, from_text);
     if from_text {
         table.require("vertices", "an array of points, each 3 numbers");
         table.require("faces", "an array of triangles, each 3 rows of `vertices`");
@@ -213,7 +213,37 @@ fn read_mesh(table: &mut Table<'_>) -> Option<ShapeDesc> {
         (true, Some(_)) => return None,
         (true, None) => MeshSource::Text { positions: vertices?.value, triangles: faces? },
     };
-    Some(ShapeDesc::Mesh(MeshDesc { source, phong_interpolation }))
+    Some(ShapeDesc::Mesh(MeshDesc { source, normals, crease_angle_degrees }))
+}
+
+/// `normals`, or `phong_interpolation` in its stead, and `crease_angle`.
+fn read_normals(table: &mut Table<'_>, from_text: bool) -> (Option<NormalsKey>, Option<f64>) {
+    let words = [
+        ("file", NormalsKey::File),
+        ("uniform", NormalsKey::Uniform),
+        ("area", NormalsKey::Area),
+        ("angle", NormalsKey::Angle),
+        ("flat", NormalsKey::Flat),
+    ];
+    let phong_interpolation = table.flag("phong_interpolation");
+    let normals = table.word("normals", &words);
+    let crease_angle = table.number("crease_angle", &CREASE_ANGLE).map(|angle| angle.value);
+    if table.has("normals") && table.has("phong_interpolation") {
+        let what = "a mesh has either `normals` or `phong_interpolation`, not both";
+        table.mistake("phong_interpolation", Problem::new(Place::default(), what));
+    }
+    if from_text && normals == Some(NormalsKey::File) {
+        table
+            .mistake("normals", Problem::new(Place::default(), "only a mesh with a `file_path` has normals in a file"));
+    }
+    let of_flag = |smooth| if smooth { NormalsKey::Uniform } else { NormalsKey::Flat };
+    let normals = normals.or(phong_interpolation.map(of_flag));
+    if crease_angle.is_some() && matches!(normals, Some(NormalsKey::File | NormalsKey::Flat)) {
+        let what = "`crease_angle` is for normals that are made from the faces";
+        let problem = Problem::new(Place::default(), what).expected("`normals` \"uniform\", \"area\" or \"angle\"");
+        table.mistake("crease_angle", problem);
+    }
+    (normals, crease_angle)
 }
 
 fn read_light(mut table: Table<'_>) -> Option<LightDesc> {

@@ -8,9 +8,11 @@ pub mod mesh;
 pub mod nff;
 pub mod normals;
 
+mod crease;
 mod geometry;
 mod nearest;
 mod report;
+mod smoothing;
 mod toml;
 mod validate;
 
@@ -71,6 +73,21 @@ pub enum SamplerKey {
     Center,
     Grid,
     Jitter,
+}
+
+/// What the normals of a mesh are made of, by the names that scenes use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NormalsKey {
+    /// Those of the mesh file.
+    File,
+    /// The mean of the faces around a vertex, unweighted.
+    Uniform,
+    /// The same, weighted by the areas of the faces.
+    Area,
+    /// The same, weighted by the angles of the faces at the vertex.
+    Angle,
+    /// Each face is shaded by its own.
+    Flat,
 }
 
 /// Names beside the tables; rows that a scene does not name are given one (`sphere 3`).

@@ -15,12 +15,23 @@ fn face_normal(corners: [Vec3; 3]) -> Option<DVec3> {
     (b - a).cross(c - a).try_normalize()
 }
 
+/// What a face counts for in the normal of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// All the same (Gouraud 1971).
+    Uniform,
+    /// Its area: large faces keep their plane beside the small ones of a bevel.
+    Area,
+    /// Its angle at the vertex (Thürmer and Wüthrich 1998): how it is cut into triangles makes no difference.
+    Angle,
+}
+
 /// The normals of the faces of a mesh, from which those of its vertices are made.
 ///
 /// Faces are worked on by all threads of the pool; every sum is made in the order of the faces whatever their number.
 #[derive(Debug)]
 pub struct FaceNormals<'a> {
-    n_vertices: usize,
+    positions: &'a [Vec3],
     triangles: &'a [[u32; 3]],
     /// One per face: zero for one without area, with a NaN or infinite corner, or with an index out of range.
     normals: Vec<DVec3>,
@@ -28,50 +39,104 @@ pub struct FaceNormals<'a> {
 
 impl<'a> FaceNormals<'a> {
     /// Computes them.
-    pub fn new(positions: &[Vec3], triangles: &'a [[u32; 3]]) -> FaceNormals<'a> {
+    pub fn new(positions: &'a [Vec3], triangles: &'a [[u32; 3]]) -> FaceNormals<'a> {
         let normal = |vertices: &[u32; 3]| match vertices.map(|vertex| positions.get(vertex as usize)) {
             [Some(&a), Some(&b), Some(&c)] => face_normal([a, b, c]).unwrap_or(DVec3::ZERO),
             _ => DVec3::ZERO,
         };
-        FaceNormals { n_vertices: positions.len(), triangles, normals: triangles.par_iter().map(normal).collect() }
+        FaceNormals { positions, triangles, normals: triangles.par_iter().map(normal).collect() }
     }
 
-    /// One unit normal per vertex: the sum of the unit normals of its faces, unweighted, normalised, as the original does
-    /// it. Sums are made in f64 in the order of the faces.
+    /// One unit normal per vertex: the sum of the unit normals of its faces, weighted, normalised. With
+    /// [`Weight::Uniform`] as the original does it. Sums are made in f64 in the order of the faces.
     ///
     /// Faces without area and faces with a NaN or infinite corner contribute nothing. Where the sum is zero the normal of
     /// the vertex's first face stands in; a vertex without a face gets +z. The result never holds a NaN. Indices out of
     /// range are passed over.
-    pub fn smooth_normals(&self) -> Vec<Vec3> {
-        let mut sums = vec![DVec3::ZERO; self.n_vertices];
+    pub fn smooth_normals(&self, weight: Weight) -> Vec<Vec3> {
+        match weight {
+            Weight::Uniform => self.smooth_by(|_, _| 1.0),
+            Weight::Area => self.smooth_by(|face, _| self.twice_area(face)),
+            Weight::Angle => self.smooth_by(|face, corner| self.angle(face, corner)),
+        }
+    }
+
+    fn smooth_by(&self, weight: impl Fn(usize, usize) -> f64 + Sync) -> Vec<Vec3> {
+        let mut sums = vec![Sum::default(); self.positions.len()];
         // Each thread passes over all faces and keeps to vertices of its own: for the sums' order, and because looking
         // at an index costs little beside a random access to memory.
-        let n_vertices_each = self.n_vertices.div_ceil(rayon::current_num_threads().min(8)).max(1);
+        let n_vertices_each = sums.len().div_ceil(rayon::current_num_threads().min(8)).max(1);
         sums.par_chunks_mut(n_vertices_each).enumerate().for_each(|(part, sums)| {
             let first = (part * n_vertices_each) as u32;
-            for (&normal, vertices) in self.normals.iter().zip(self.triangles) {
-                for vertex in vertices {
+            for (face, (&normal, vertices)) in self.normals.iter().zip(self.triangles).enumerate() {
+                for (corner, vertex) in vertices.iter().enumerate() {
                     if let Some(sum) = sums.get_mut(vertex.wrapping_sub(first) as usize) {
-                        *sum += normal;
+                        sum.add(normal, || weight(face, corner));
                     }
                 }
             }
         });
-        // A sum of unit vectors that cancel is zero or a rounding residue of a few u; its direction would be noise.
-        // Each of n additions of partial sums below n rounds by at most n·u: 1e-9 covers vertices of 3000 faces.
-        const CANCELLED: f64 = 1e-9;
-        let is_cancelled = |sum: &DVec3| sum.length_squared() < CANCELLED * CANCELLED;
-        if sums.par_iter().any(is_cancelled) {
-            let mut cancelled: Vec<bool> = sums.iter().map(is_cancelled).collect();
-            for (normal, vertices) in self.with_area() {
-                for vertex in vertices.map(|vertex| vertex as usize) {
-                    if std::mem::take(&mut cancelled[vertex]) {
-                        sums[vertex] = normal;
+        self.replace_cancelled(&mut sums);
+        sums.par_iter().map(|sum| sum.unit().unwrap_or(Vec3::Z)).collect()
+    }
+
+    /// Puts the normal of a vertex's first face in the place of a sum that cancels.
+    fn replace_cancelled(&self, sums: &mut [Sum]) {
+        if !sums.par_iter().any(Sum::is_cancelled) {
+            return;
+        }
+        for (&normal, vertices) in self.normals.iter().zip(self.triangles) {
+            if normal != DVec3::ZERO {
+                for sum in vertices.map(|vertex| vertex as usize) {
+                    if sums[sum].is_cancelled() {
+                        sums[sum] = Sum { normal, weight: 1.0 };
                     }
                 }
             }
         }
-        sums.par_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3()).collect()
+    }
+
+    /// Which vertices have a face with a normal.
+    pub fn has_faces(&self) -> Vec<bool> {
+        let mut has_faces = vec![false; self.positions.len()];
+        for (&normal, vertices) in self.normals.iter().zip(self.triangles) {
+            if normal != DVec3::ZERO {
+                vertices.iter().for_each(|&vertex| has_faces[vertex as usize] = true);
+            }
+        }
+        has_faces
+    }
+
+    /// Adds a corner of a face to the sum of its vertex.
+    pub(super) fn add_corner(&self, sum: &mut Sum, weight: Weight, face: usize, corner: usize) {
+        sum.add(self.normals[face], || match weight {
+            Weight::Uniform => 1.0,
+            Weight::Area => self.twice_area(face),
+            Weight::Angle => self.angle(face, corner),
+        });
+    }
+
+    /// The unit normal of a face; zero where it has none.
+    pub(super) fn of_face(&self, face: usize) -> DVec3 {
+        self.normals[face]
+    }
+
+    /// Corners of a face that has a normal.
+    fn corners(&self, face: usize) -> [DVec3; 3] {
+        self.triangles[face].map(|vertex| self.positions[vertex as usize].as_dvec3())
+    }
+
+    fn twice_area(&self, face: usize) -> f64 {
+        let [a, b, c] = self.corners(face);
+        (b - a).cross(c - a).length()
+    }
+
+    /// The angle of a face at a corner, in radians.
+    fn angle(&self, face: usize, corner: usize) -> f64 {
+        let corners = self.corners(face);
+        let [a, b, c] = [0, 1, 2].map(|step| corners[(corner + step) % 3]);
+        let (to_b, to_c) = (b - a, c - a);
+        libm::atan2(to_b.cross(to_c).length(), to_b.dot(to_c))
     }
 
     /// The share of face corners whose vertex normal lies within `angle_cos` of the face's own; 1 for a mesh without area.
@@ -89,17 +154,46 @@ impl<'a> FaceNormals<'a> {
         let (n_corners, n_gentle) = faces.map(count).reduce(|| (0, 0), add);
         if n_corners == 0 { 1.0 } else { n_gentle as f64 / n_corners as f64 }
     }
+}
 
-    /// The faces that have a normal, in order.
-    fn with_area(&self) -> impl Iterator<Item = (DVec3, [u32; 3])> {
-        let faces = self.normals.iter().copied().zip(self.triangles.iter().copied());
-        faces.filter(|&(normal, _)| normal != DVec3::ZERO)
+/// The weighted normals of faces around a vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sum {
+    normal: DVec3,
+    weight: f64,
+}
+
+impl Sum {
+    /// Adds a face, unless it has no normal.
+    #[inline]
+    fn add(&mut self, normal: DVec3, weight: impl FnOnce() -> f64) {
+        if normal != DVec3::ZERO {
+            let weight = weight();
+            self.normal += weight * normal;
+            self.weight += weight;
+        }
+    }
+
+    /// Whether faces were added, and cancel. The sum is then zero or a rounding residue of a few u of the weights, and its
+    /// direction would be noise.
+    fn is_cancelled(&self) -> bool {
+        // Each of n additions rounds by at most u of the weight so far: 1e-9 covers vertices of a million faces.
+        const CANCELLED: f64 = 1e-9;
+        self.weight > 0.0 && self.normal.length() < CANCELLED * self.weight
+    }
+
+    /// Its direction; `None` where it cancels or no face was added.
+    pub(super) fn unit(&self) -> Option<Vec3> {
+        if self.is_cancelled() {
+            return None;
+        }
+        self.normal.try_normalize().map(|unit| unit.as_vec3())
     }
 }
 
-/// [`FaceNormals::smooth_normals`] of a mesh.
+/// [`FaceNormals::smooth_normals`] of a mesh, as the original does it.
 pub fn smooth_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
-    FaceNormals::new(positions, triangles).smooth_normals()
+    FaceNormals::new(positions, triangles).smooth_normals(Weight::Uniform)
 }
 
 #[cfg(test)]

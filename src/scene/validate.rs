@@ -31,6 +31,9 @@ pub const NON_NEGATIVE: NumberRule =
     NumberRule { expected: "a number from 0 to 3.4e38", holds: |x| (0.0..=F32_MAX).contains(&x) };
 /// A field of view in degrees.
 pub const FOV: NumberRule = NumberRule { expected: "degrees above 0 and below 180", holds: |x| x > 0.0 && x < 180.0 };
+/// The largest angle between the normals of two faces that is shaded smooth, in degrees.
+pub const CREASE_ANGLE: NumberRule =
+    NumberRule { expected: "degrees from 0 to 180", holds: |x| (0.0..=180.0).contains(&x) };
 /// An exposure in stops.
 pub const EXPOSURE: NumberRule = NumberRule { expected: "stops from -64 to 64", holds: |x| x.abs() <= 64.0 };
 

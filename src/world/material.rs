@@ -17,8 +17,10 @@ pub struct Material {
     pub k_a: f64,
     /// Weight of the diffuse term.
     pub k_d: f64,
-    /// Weight of the specular term and of the mirrored radiance.
+    /// Weight of the specular term, and of the mirrored radiance unless `reflectance` is given.
     pub k_s: f64,
+    /// Weight of the mirrored radiance where it is not k_s.
+    pub reflectance: Option<f64>,
     /// Phong exponent.
     pub shininess: f64,
     /// Weight of the refracted radiance.
@@ -36,7 +38,7 @@ pub struct Materials {
     pub diffuse: Vec<DVec3>,
     /// k_s·O_s.
     pub specular: Vec<DVec3>,
-    /// Weight of the mirrored radiance, the same for the three channels: k_s.
+    /// Weight of the mirrored radiance, the same for the three channels: k_s unless stated otherwise.
     pub reflectance: Vec<f64>,
     /// Phong exponent.
     pub shininess: Vec<f64>,
@@ -49,12 +51,12 @@ pub struct Materials {
 impl Materials {
     /// Appends a material.
     pub fn add(&mut self, material: &Material) -> MaterialId {
-        let Material { ambient, diffuse, specular, k_a, k_d, k_s, shininess, k_t, ior } = *material;
+        let Material { ambient, diffuse, specular, k_a, k_d, k_s, reflectance, shininess, k_t, ior } = *material;
         let id = MaterialId(self.len() as u32);
         self.ambient.push(k_a * ambient);
         self.diffuse.push(k_d * diffuse);
         self.specular.push(k_s * specular);
-        self.reflectance.push(k_s);
+        self.reflectance.push(reflectance.unwrap_or(k_s));
         self.shininess.push(shininess);
         self.transmittance.push(k_t);
         self.ior.push(ior);
@@ -98,6 +100,7 @@ impl Default for Material {
             k_a: 0.1,
             k_d: 0.8,
             k_s: 0.0,
+            reflectance: None,
             shininess: 1.0,
             k_t: 0.0,
             ior: 1.5,

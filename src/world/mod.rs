@@ -28,7 +28,7 @@ pub use prim::{PrimKind, PrimRef};
 pub use quadric::Quadrics;
 pub use ray::{Hit, Ray};
 pub use sphere::Spheres;
-pub use triangle::{Dropped, MeshInput, Meshes, Triangles};
+pub use triangle::{Dropped, MeshInput, MeshPart, Meshes, Triangles};
 
 /// All tables of a scene.
 #[derive(Clone, Debug, Default)]
@@ -39,7 +39,7 @@ pub struct World {
     pub quadrics: Quadrics,
     /// Triangles of all meshes, mesh after mesh.
     pub triangles: Triangles,
-    /// One row per mesh; a lone triangle is a mesh of one.
+    /// One row per mesh and material; a lone triangle is a mesh of one.
     pub meshes: Meshes,
     /// Meshes that are seen only where they are placed.
     pub prototypes: Prototypes,

@@ -19,7 +19,7 @@ pub struct Triangles {
     pub vertices: Vec<[u32; 3]>,
 }
 
-/// One row per mesh.
+/// One row per mesh, or per part of one that has a material of its own; parts share the vertices of their mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Meshes {
     /// First triangle; the mesh ends where the next begins.
@@ -28,9 +28,9 @@ pub struct Meshes {
     pub first_vertex: Vec<u32>,
     /// Row of [`Triangles::normals`] that belongs to the first vertex; `None` for flat shading.
     pub first_normal: Vec<Option<u32>>,
-    /// Material of the whole mesh.
+    /// Material of the whole row.
     pub materials: Vec<MaterialId>,
-    /// Object of the whole mesh.
+    /// Object of the whole row.
     pub objects: Vec<ObjectId>,
 }
 
@@ -43,10 +43,21 @@ pub struct MeshInput {
     pub triangles: Vec<[u32; 3]>,
     /// One unit normal per vertex for smooth shading.
     pub normals: Option<Vec<Vec3>>,
-    /// Material.
+    /// Material of the triangles before the first of `parts`.
     pub material: MaterialId,
+    /// Where other materials begin, each beyond the one before it.
+    pub parts: Vec<MeshPart>,
     /// Object of the scene file.
     pub object: ObjectId,
+}
+
+/// Triangles of a mesh with a material of their own, up to where the next part begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshPart {
+    /// Row of [`MeshInput::triangles`].
+    pub first_triangle: u32,
+    /// Material.
+    pub material: MaterialId,
 }
 
 /// Faces that were left out of a mesh because no ray can hit them.
@@ -138,20 +149,20 @@ impl Meshes {
 }
 
 impl World {
-    /// Adds a mesh. Faces with non-finite vertices and faces without area are dropped and counted: no ray can hit them.
+    /// Adds a mesh, as a row of [`Meshes`] and one more for each of its parts, and returns the first. Faces with non-finite vertices and faces without area are dropped and counted: no ray can hit them.
     ///
     /// # Errors
-    /// When an index names no vertex, the number of normals is not that of vertices, or the tables would outgrow
-    /// their 30-bit row numbers. The world is unchanged then.
+    /// When an index names no vertex, the number of normals is not that of vertices, parts are out of order, or the
+    /// tables would outgrow their 30-bit row numbers. The world is unchanged then.
     pub fn add_mesh(&mut self, mesh: MeshInput) -> Result<(MeshId, Dropped), Error> {
         check_mesh(&mesh, self)?;
-        let MeshInput { mut positions, triangles: mut faces, normals, material, object } = mesh;
+        let MeshInput { mut positions, triangles: mut faces, normals, material, mut parts, object } = mesh;
 
         // Drop what cannot be hit; a non-finite position that no face uses any more must not reach the tables either.
         let dropped =
             faces.par_iter().map(|face| Dropped::of(face, &positions)).reduce(Dropped::default, Dropped::plus);
         if dropped != Dropped::default() {
-            faces.retain(|face| Dropped::of(face, &positions) == Dropped::default());
+            drop_faces(&mut faces, &positions, &mut parts);
         }
         for position in positions.iter_mut().filter(|position| !position.is_finite()) {
             *position = Vec3::ZERO;
@@ -161,11 +172,17 @@ impl World {
         let tables = &mut self.triangles;
         let id = MeshId(self.meshes.len() as u32);
         let first_vertex = tables.positions.len() as u32;
-        self.meshes.first_triangle.push(tables.vertices.len() as u32);
-        self.meshes.first_vertex.push(first_vertex);
-        self.meshes.first_normal.push(normals.as_ref().map(|_| tables.normals.len() as u32));
-        self.meshes.materials.push(material);
-        self.meshes.objects.push(object);
+        let first_triangle = tables.vertices.len() as u32;
+        let first_normal = normals.as_ref().map(|_| tables.normals.len() as u32);
+        for MeshPart { first_triangle: before, material } in
+            std::iter::once(MeshPart { first_triangle: 0, material }).chain(parts)
+        {
+            self.meshes.first_triangle.push(first_triangle + before);
+            self.meshes.first_vertex.push(first_vertex);
+            self.meshes.first_normal.push(first_normal);
+            self.meshes.materials.push(material);
+            self.meshes.objects.push(object);
+        }
         if first_vertex > 0 {
             faces.iter_mut().flatten().for_each(|vertex| *vertex += first_vertex);
         }
@@ -185,6 +202,22 @@ impl World {
         world.add_mesh(MeshInput { positions, triangles, material, ..MeshInput::default() })?;
         Ok(world)
     }
+}
+
+/// Takes out the faces that cannot be hit, and moves the beginnings of parts to where their faces are then.
+fn drop_faces(faces: &mut Vec<[u32; 3]>, positions: &[Vec3], parts: &mut [MeshPart]) {
+    let (mut n_seen, mut n_kept) = (0, 0);
+    let mut parts = parts.iter_mut().peekable();
+    faces.retain(|face| {
+        while let Some(part) = parts.next_if(|part| part.first_triangle == n_seen) {
+            part.first_triangle = n_kept;
+        }
+        let is_kept = Dropped::of(face, positions) == Dropped::default();
+        n_seen += 1;
+        n_kept += u32::from(is_kept);
+        is_kept
+    });
+    parts.for_each(|part| part.first_triangle = n_kept);
 }
 
 fn append<T>(column: &mut Vec<T>, mut rows: Vec<T>) {
@@ -213,6 +246,11 @@ fn check_mesh(mesh: &MeshInput, world: &World) -> Result<(), Error> {
             .found(normals.len())
             .expected(n_vertices)
             .into());
+    }
+    let is_ascending = mesh.parts.is_sorted_by(|a, b| a.first_triangle < b.first_triangle);
+    if !is_ascending || mesh.parts.last().is_some_and(|part| part.first_triangle as usize > mesh.triangles.len()) {
+        let problem = Problem::new(Place::default(), "the parts of a mesh do not begin one behind the other");
+        return Err(problem.expected(format!("rows up to {}", mesh.triangles.len())).into());
     }
     let tables = &world.triangles;
     let rows = (tables.len() + mesh.triangles.len()).max(tables.positions.len() + n_vertices);

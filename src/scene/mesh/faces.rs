@@ -4,6 +4,7 @@
 //! before its vertices; each has its place among the triangles reserved, so that the order of the file is kept.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::finding::{At, Finding, Outcome, Tally, counted};
 use super::polygon::Cutter;
@@ -20,6 +21,8 @@ pub(in crate::scene) struct Faces {
     corners: Vec<u32>,
     n_faces: usize,
     too_short: Tally,
+    /// Places between faces that are to be found again: how many triangles, reserved ones too, stood before each.
+    marks: Vec<usize>,
 }
 
 #[derive(Debug)]
@@ -82,6 +85,40 @@ impl Faces {
         self.n_faces += 1;
     }
 
+    /// Marks the place behind the faces added so far.
+    pub fn mark(&mut self) {
+        self.marks.push(self.triangles.len());
+    }
+
+    /// Adds the faces of what follows in the file.
+    pub fn append(&mut self, next: Faces) {
+        let Faces { triangles, polygons, corners, n_faces, too_short, marks } = next;
+        let n_before = self.triangles.len();
+        self.triangles.extend(triangles);
+        self.polygons.extend(
+            polygons
+                .into_iter()
+                .map(|polygon| Polygon { first_triangle: n_before + polygon.first_triangle, ..polygon }),
+        );
+        self.corners.extend(corners);
+        self.n_faces += n_faces;
+        self.too_short.append(too_short);
+        self.marks.extend(marks.into_iter().map(|mark| n_before + mark));
+    }
+
+    /// Visits the corners of all faces with three or more, in the order of the file.
+    pub fn for_each_corner(&mut self, mut visit: impl FnMut(&mut u32)) {
+        let Faces { triangles, polygons, corners, .. } = self;
+        let mut corners = corners.iter_mut();
+        let mut n_visited = 0;
+        for Polygon { first_triangle, n_corners, .. } in polygons {
+            triangles[n_visited..*first_triangle].iter_mut().flatten().for_each(&mut visit);
+            corners.by_ref().take(*n_corners).for_each(&mut visit);
+            n_visited = *first_triangle + *n_corners - 2;
+        }
+        triangles[n_visited..].iter_mut().flatten().for_each(visit);
+    }
+
     /// Cuts the polygons, and hands over the triangles of all faces in the order of the file.
     ///
     /// # Errors
@@ -101,7 +138,29 @@ impl Faces {
         positions: &[Vec3],
         findings: &mut Vec<Finding>,
     ) -> Outcome<Vec<[u32; 3]>> {
-        let Faces { mut triangles, polygons, corners, too_short, .. } = self;
+        self.cut_marked(cutter, positions, findings).map(|(triangles, _)| triangles)
+    }
+
+    /// [`Faces::cut`], and how many triangles stand before each mark.
+    ///
+    /// # Errors
+    /// As [`Faces::cut`].
+    pub fn cut_with_marks(
+        self,
+        positions: &[Vec3],
+        findings: &mut Vec<Finding>,
+    ) -> Outcome<(Vec<[u32; 3]>, Vec<usize>)> {
+        let mut cutter = Cutter::new(self.corners.len());
+        self.cut_marked(&mut cutter, positions, findings)
+    }
+
+    fn cut_marked(
+        self,
+        cutter: &mut Cutter,
+        positions: &[Vec3],
+        findings: &mut Vec<Finding>,
+    ) -> Outcome<(Vec<[u32; 3]>, Vec<usize>)> {
+        let Faces { mut triangles, polygons, corners, too_short, mut marks, .. } = self;
         findings.extend(too_short.finding(|count| {
             let faces = counted(
                 count,
@@ -110,26 +169,83 @@ impl Faces {
             );
             format!("{faces} left out")
         }));
-        let mut rest = corners.as_slice();
-        let mut n_vacant = 0;
-        for Polygon { first_triangle, n_corners, at } in polygons {
-            let (corners, behind) = rest.split_at(n_corners);
-            rest = behind;
-            let cut = cutter.cut(corners, positions);
-            let Some(cut) = cut else {
-                return Err(Finding::new(at, "a polygon is too tangled to be cut into triangles in reasonable time")
-                    .found(format!("{n_corners} corners"))
-                    .help("triangulate it in the program that wrote it")
-                    .into());
-            };
-            triangles[first_triangle..][..cut.len()].copy_from_slice(cut);
-            n_vacant += n_corners - 2 - cut.len();
+        let tangled = cut_polygons(cutter, &mut triangles, &polygons, &corners, positions);
+        if let Some(Polygon { n_corners, at, .. }) = tangled {
+            return Err(Finding::new(*at, "a polygon is too tangled to be cut into triangles in reasonable time")
+                .found(format!("{n_corners} corners"))
+                .help("triangulate it in the program that wrote it")
+                .into());
         }
-        if n_vacant > 0 {
-            triangles.retain(|&corners| corners != VACANT);
+        if !polygons.is_empty() {
+            drop_vacant(&mut triangles, &mut marks);
         }
-        Ok(triangles)
+        Ok((triangles, marks))
     }
+}
+
+/// Polygons that a thread cuts at a time.
+const POLYGONS_TOGETHER: usize = 1 << 12;
+
+/// Cuts polygons into their places among the triangles. Most are convex or quads and are cut by all threads; the others
+/// follow on one, so that what they may cost in all is counted in the order of the file. The polygon at which that is
+/// used up, if any.
+fn cut_polygons<'a>(
+    cutter: &mut Cutter,
+    triangles: &mut [[u32; 3]],
+    polygons: &'a [Polygon],
+    corners: &[u32],
+    positions: &[Vec3],
+) -> Option<&'a Polygon> {
+    let mut work = Vec::with_capacity(polygons.len().div_ceil(POLYGONS_TOGETHER));
+    let (mut free, mut n_taken, mut rest) = (&mut *triangles, 0, corners);
+    for polygons in polygons.chunks(POLYGONS_TOGETHER) {
+        let (Some(first), Some(last)) = (polygons.first(), polygons.last()) else { continue };
+        let n_corners = polygons.iter().map(|polygon| polygon.n_corners).sum();
+        let (corners, behind) = rest.split_at(n_corners);
+        rest = behind;
+        let (_, from_first) = std::mem::take(&mut free).split_at_mut(first.first_triangle - n_taken);
+        n_taken = last.first_triangle + last.n_corners - 2;
+        let (places, behind) = from_first.split_at_mut(n_taken - first.first_triangle);
+        free = behind;
+        work.push((polygons, corners, places));
+    }
+    let cut_plain = |(polygons, mut corners, places): (&'a [Polygon], &[u32], &mut [[u32; 3]])| {
+        let mut cutter = Cutter::new(0);
+        let mut others = Vec::new();
+        for polygon in polygons {
+            let (ring, behind) = corners.split_at(polygon.n_corners);
+            corners = behind;
+            match cutter.cut_plain(ring, positions) {
+                Some(cut) => {
+                    places[polygon.first_triangle - polygons[0].first_triangle..][..cut.len()].copy_from_slice(cut)
+                }
+                None => others.push((polygon, ring.to_vec())),
+            }
+        }
+        others
+    };
+    let others: Vec<Vec<(&Polygon, Vec<u32>)>> = work.into_par_iter().map(cut_plain).collect();
+    for (polygon, ring) in others.into_iter().flatten() {
+        let Some(cut) = cutter.cut(&ring, positions) else { return Some(polygon) };
+        triangles[polygon.first_triangle..][..cut.len()].copy_from_slice(cut);
+    }
+    None
+}
+
+/// Closes the gaps that polygons left which needed less than their place.
+fn drop_vacant(triangles: &mut Vec<[u32; 3]>, marks: &mut [usize]) {
+    let (mut n_seen, mut n_kept) = (0, 0);
+    let mut marks = marks.iter_mut().peekable();
+    triangles.retain(|&corners| {
+        while let Some(mark) = marks.next_if(|mark| **mark == n_seen) {
+            *mark = n_kept;
+        }
+        let is_kept = corners != VACANT;
+        n_seen += 1;
+        n_kept += usize::from(is_kept);
+        is_kept
+    });
+    marks.for_each(|mark| *mark = n_kept);
 }
 
 #[cfg(test)]

@@ -83,6 +83,12 @@ impl Tally {
         self.first.get_or_insert(at);
     }
 
+    /// Takes in the cases of what follows in the file.
+    pub fn append(&mut self, next: Tally) {
+        self.count += next.count;
+        self.first = self.first.or(next.first);
+    }
+
     /// A finding at the first case, whose text is made from the count; `None` when there was no case.
     pub fn finding(self, what: impl FnOnce(usize) -> String) -> Option<Finding> {
         self.first.map(|at| Finding::new(at, what(self.count)))

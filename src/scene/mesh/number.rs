@@ -70,6 +70,30 @@ pub(in crate::scene) fn parse_f64(bytes: &[u8], at: usize) -> Option<(f64, usize
     }
 }
 
+/// The number that begins at `at`, rounded once to the nearest f32, and the offset behind it.
+///
+/// Rounding the nearest f64 once more goes wrong only where that lies in the middle between two f32, or where f32 has
+/// fewer digits than usual: there the text is read again.
+#[inline]
+pub(super) fn parse_f32(bytes: &[u8], at: usize) -> Option<(f32, usize)> {
+    /// The bits that f64 has more, and what they are in the middle.
+    const MORE_BITS: u64 = (1 << 29) - 1;
+    const MIDDLE: u64 = 1 << 28;
+    let (value, end) = parse_f64(bytes, at)?;
+    let is_middle = value.to_bits() & MORE_BITS == MIDDLE;
+    let is_small = value.abs() < f64::from(f32::MIN_POSITIVE) && value != 0.0;
+    if is_middle || is_small {
+        return Some((nearest_f32(bytes, at, end).unwrap_or(value as f32), end));
+    }
+    Some((value as f32, end))
+}
+
+#[cold]
+#[inline(never)]
+fn nearest_f32(bytes: &[u8], at: usize, end: usize) -> Option<f32> {
+    std::str::from_utf8(bytes.get(at..end)?).ok()?.parse().ok()
+}
+
 /// Appends digits to `value`, wrapping, and returns the offset behind them.
 #[inline]
 fn digits(bytes: &[u8], mut at: usize, value: &mut u64) -> usize {
@@ -160,6 +184,31 @@ mod tests {
         for text in texts {
             let expected: f64 = text.parse().unwrap();
             assert_eq!(value(&text).map(f64::to_bits), Some(expected.to_bits()), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_f32_is_found_in_one_rounding_also_where_f64_lies_in_the_middle() {
+        // A hair above and below the middle of 1 and the f32 behind it: the nearest f64 of both is the middle.
+        let mut texts: Vec<String> = "1.00000005960464477539062500001 1.00000005960464477539062499999 1.000000059604644775390625 \
+             -16777217.000000000001 16777216.999999999999 16777217 340282356779733661637539395458142568447.9999 \
+             340282356779733661637539395458142568448 1e-45 7.006492321624085354618e-46 7.00649232162408536e-46 1e-46 -0 0 \
+             1.1754943508222875e-38 1.17549428e-38 nan inf 1e39 0.1 1.1 3.14159265358979"
+            .split_whitespace()
+            .map(str::to_string)
+            .collect();
+        let mut state = 7_u64;
+        for _ in 0..20_000 {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            let float = f32::from_bits((state >> 33) as u32);
+            let middle = 0.5 * (f64::from(float) + f64::from(f32::from_bits(float.to_bits() + 1)));
+            texts.extend([float.to_string(), middle.to_string(), format!("{middle}000000000001")]);
+        }
+        for text in texts.iter().filter(|text| !text.contains("NaN0") && !text.contains("inf0")) {
+            let expected: f32 = text.parse().unwrap();
+            let (value, end) = parse_f32(text.as_bytes(), 0).unwrap();
+            assert_eq!((value.to_bits() & 0x7fff_ffff, end), (expected.to_bits() & 0x7fff_ffff, text.len()), "{text}");
+            assert_eq!(value.is_sign_negative(), expected.is_sign_negative(), "{text}");
         }
     }
 

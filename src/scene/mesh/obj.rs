@@ -1,238 +1,198 @@
-//! Wavefront OBJ: positions and faces. (Wavefront, "Advanced Visualizer" manual, appendix B1.)
+//! Wavefront OBJ: positions, faces, and if asked for normals and materials. (Wavefront, "Advanced Visualizer" manual,
+//! appendix B1.)
 //!
 //! Read are `v` (extra values, a weight or a colour, are ignored) and `f` with indices from 1, or negative from the end
-//! of what stands above. A face may name vertices that only follow later. Everything else is ignored: textures, normals,
-//! groups and materials silently, lines, points and unknown statements with a warning. Bytes need not be UTF-8; a
-//! backslash at the end of a line continues it, but not within a comment, where Windows paths end so.
+//! of what stands above. A face may name vertices that only follow later. Where asked for, `vn` and the normals of
+//! corners are read, and `mtllib` and `usemtl`. Everything else is ignored: textures and groups silently, lines, points
+//! and unknown statements with a warning. Bytes need not be UTF-8.
+//!
+//! The text is cut into pieces of whole statements. All threads count the vertices of all pieces first: then each piece
+//! knows what its indices mean and where its vertices go, and all threads read. Where pieces begin does not depend on
+//! the number of threads, and what is found in them is put together in the order of the file.
+
+mod cursor;
+pub(super) mod library;
+mod mtl;
+mod piece;
+mod split;
+
+use std::collections::HashMap;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
-use super::MAX_VERTICES;
-use super::Soup;
 use super::faces::Faces;
-use super::finding::{At, Finding, Outcome, Tally, counted, quoted};
-use super::number::{is_blank, is_line_end, parse_f64, parse_i64, token};
+use super::finding::{At, Finding, Outcome, counted, quoted};
+use super::number::token;
+use super::{Attributes, MAX_VERTICES};
+use cursor::{Cursor, piece_bounds};
+use piece::{Contents, Counts, Piece};
+
+/// Bytes of a piece: enough that a thread is not woken for nothing, few enough that all threads have work.
+const PIECE_BYTES: usize = 256 << 10;
+
+/// Pieces that are read before they are put together, so that little is held twice.
+const PIECES_TOGETHER: usize = 64;
+
+/// The fewest bytes of a vertex or a normal: `v 0 0 0` and the end of its line. A file with more of them than its size
+/// allows has a broken one, and gets no table that it could not fill.
+const LEAST_VERTEX_BYTES: usize = 8;
+
+/// A file that was read.
+#[derive(Debug)]
+pub(super) struct Obj {
+    pub positions: Vec<Vec3>,
+    pub faces: Faces,
+    /// Where asked for, and when a face has any: one per position, as it stands in the file; zero where there is none.
+    pub normals: Option<Vec<Vec3>>,
+    /// Rows at the end of `positions` that repeat an earlier one with another normal: which.
+    pub split_from: Vec<u32>,
+    pub materials: MaterialStatements,
+    /// Things mended or ignored.
+    pub findings: Vec<Finding>,
+}
+
+/// What a file says about materials; names stand as they are in the file.
+#[derive(Debug, Default)]
+pub(super) struct MaterialStatements {
+    /// `mtllib`: offset, and what follows.
+    pub libraries: Vec<(usize, Vec<u8>)>,
+    /// Names of `usemtl`, each once, and the offset of the first.
+    pub names: Vec<(usize, Vec<u8>)>,
+    /// `usemtl` in the order of the file as rows of `names`, one for each mark of the faces.
+    pub uses: Vec<u32>,
+}
 
 /// Reads a whole file.
 ///
 /// # Errors
-/// When a coordinate is no number, an index is no whole number or names no vertex, or the text is no OBJ at all.
-pub(super) fn parse(bytes: &[u8]) -> Outcome<Soup> {
-    let mut reader = Reader { bytes, ..Reader::default() };
-    while reader.at < bytes.len() {
-        reader.statement()?;
-    }
-    reader.finish()
+/// At the first line where a coordinate is no number, an index is no whole number or names no vertex; and when the text
+/// is no OBJ at all.
+pub(super) fn parse(bytes: &[u8], wanted: Attributes) -> Outcome<Obj> {
+    parse_in_pieces(bytes, wanted, PIECE_BYTES)
 }
 
-#[derive(Default)]
-struct Reader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    positions: Vec<Vec3>,
-    faces: Faces,
-    /// Corners of the face being read.
-    corners: Vec<u32>,
-    /// The largest vertex that a face names before it was there, and where.
-    furthest: Option<(u32, usize)>,
-    n_known_statements: usize,
-    lines_and_points: Tally,
-    unknown: Tally,
+fn parse_in_pieces(bytes: &[u8], wanted: Attributes, piece_bytes: usize) -> Outcome<Obj> {
+    let bounds = piece_bounds(bytes, piece_bytes);
+
+    // What stands before each piece.
+    let counts: Vec<Counts> = bounds.par_windows(2).map(|piece| piece::count(&bytes[..piece[1]], piece[0])).collect();
+    let total = counts.iter().fold(Counts::default(), |sum, &counts| sum.plus(counts));
+    if total.vertices.max(total.normals) > MAX_VERTICES {
+        return Err(Finding::file("too many vertices").expected(format!("at most {MAX_VERTICES}")).into());
+    }
+
+    // Read, each piece into its own rows.
+    let n_rows_at_most = bytes.len() / LEAST_VERTEX_BYTES + 1;
+    let mut positions = vec![Vec3::ZERO; total.vertices.min(n_rows_at_most)];
+    let n_normals = if wanted.normals { total.normals.min(n_rows_at_most) } else { 0 };
+    let mut normals = vec![Vec3::ZERO; n_normals];
+    let mut whole = Contents::default();
+    let (mut free_positions, mut free_normals) = (positions.as_mut_slice(), normals.as_mut_slice());
+    let mut before = Counts::default();
+    let pieces: Vec<(&[usize], &Counts)> = bounds.windows(2).zip(&counts).collect();
+    for pieces in pieces.chunks(PIECES_TOGETHER) {
+        let mut work = Vec::with_capacity(pieces.len());
+        for &(bound, &counts) in pieces {
+            let positions = take_rows(&mut free_positions, counts.vertices);
+            let normals = take_rows(&mut free_normals, counts.normals);
+            work.push(Piece { bytes: &bytes[..bound[1]], start: bound[0], before, total, positions, normals });
+            before = before.plus(counts);
+        }
+        let read: Vec<Outcome<Contents>> = work.into_par_iter().map(|piece| piece::read(piece, wanted)).collect();
+        for contents in read {
+            whole.append(contents?);
+        }
+    }
+    finish(bytes, positions, normals, whole)
 }
 
-impl Reader<'_> {
-    #[inline]
-    fn peek(&self) -> Option<u8> {
-        self.bytes.get(self.at).copied()
-    }
+/// The next rows of a table, as many as are left.
+fn take_rows<'a>(free: &mut &'a mut [Vec3], n_rows: usize) -> &'a mut [Vec3] {
+    let n_rows = n_rows.min(free.len());
+    let (rows, rest) = std::mem::take(free).split_at_mut(n_rows);
+    *free = rest;
+    rows
+}
 
-    /// Moves to the next value of the statement, over continued lines; false at its end.
-    #[inline]
-    fn seek_value(&mut self) -> bool {
-        loop {
-            match self.peek() {
-                None | Some(b'#' | b'\n' | b'\r') => return false,
-                Some(b'\\') => match self.continuation() {
-                    Some(next_line) => self.at = next_line,
-                    None => return true,
-                },
-                Some(byte) if is_blank(byte) => self.at += 1,
-                Some(_) => return true,
-            }
-        }
-    }
-
-    /// The start of the next line when a backslash at `at` ends this one.
-    #[cold]
-    fn continuation(&self) -> Option<usize> {
-        match self.bytes.get(self.at + 1..)? {
-            [b'\r', b'\n', ..] => Some(self.at + 3),
-            [b'\n' | b'\r', ..] => Some(self.at + 2),
-            _ => None,
-        }
-    }
-
-    /// Moves behind the end of the statement.
-    #[inline]
-    fn skip_statement(&mut self, is_comment: bool) {
-        let mut is_comment = is_comment;
-        while let Some(byte) = self.peek() {
-            self.at += 1;
-            if is_line_end(byte) {
-                break;
-            }
-            is_comment |= byte == b'#';
-            if byte == b'\\' && !is_comment {
-                self.at -= 1;
-                self.at = self.continuation().unwrap_or(self.at + 1);
-            }
-        }
-    }
-
-    fn statement(&mut self) -> Outcome<()> {
-        if !self.seek_value() {
-            self.skip_statement(self.peek() == Some(b'#'));
-            return Ok(());
-        }
-        let start = self.at;
-        let keyword = token(self.bytes, start);
-        self.at += keyword.len();
-        match keyword {
-            b"v" => {
-                self.vertex(start)?;
-                self.n_known_statements += 1;
-            }
-            b"f" | b"fo" => {
-                self.face(start)?;
-                self.n_known_statements += 1;
-            }
-            b"vt" | b"vn" | b"vp" | b"g" | b"o" | b"s" | b"usemtl" | b"mtllib" | b"mg" | b"vw" | b"usemap"
-            | b"maplib" => {
-                self.n_known_statements += 1;
-            }
-            b"l" | b"p" => {
-                self.n_known_statements += 1;
-                self.lines_and_points.add(At::Line(start));
-            }
-            _ => self.unknown.add(At::Line(start)),
-        }
-        self.skip_statement(false);
-        Ok(())
-    }
-
-    fn vertex(&mut self, start: usize) -> Outcome<()> {
-        let mut position = [0.0; 3];
-        for (axis, coordinate) in position.iter_mut().enumerate() {
-            if !self.seek_value() {
-                return Err(Finding::line(start, "a vertex has too few coordinates").found(axis).expected(3).into());
-            }
-            let Some((value, end)) = parse_f64(self.bytes, self.at) else {
-                return Err(Finding::line(self.at, "a coordinate is not a number")
-                    .found(quoted(token(self.bytes, self.at)))
-                    .expected("a number")
-                    .into());
-            };
-            *coordinate = value as f32;
-            self.at = end;
-        }
-        if self.positions.len() == MAX_VERTICES {
-            let expected = format!("at most {MAX_VERTICES}");
-            return Err(Finding::line(start, "too many vertices").expected(expected).into());
-        }
-        self.positions.push(Vec3::from_array(position));
-        Ok(())
-    }
-
-    fn face(&mut self, start: usize) -> Outcome<()> {
-        self.corners.clear();
-        while self.seek_value() {
-            let corner = self.corner()?;
-            self.corners.push(corner);
-        }
-        self.faces.push(&self.corners, At::Line(start));
-        Ok(())
-    }
-
-    /// One corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`. The other two indices must be whole numbers or nothing; whether
-    /// they name anything is not asked, since nothing is read from there.
-    #[inline]
-    fn corner(&mut self) -> Outcome<u32> {
-        let start = self.at;
-        let Some((index, end)) = parse_i64(self.bytes, start) else { return Err(self.bad_corner(start)) };
-        self.at = end;
-        for _ in 0..2 {
-            if self.peek() == Some(b'/') {
-                self.at += 1;
-                if matches!(self.peek(), Some(b'0'..=b'9' | b'-' | b'+')) {
-                    let Some((_, end)) = parse_i64(self.bytes, self.at) else { return Err(self.bad_corner(start)) };
-                    self.at = end;
-                }
-            }
-        }
-        if self.peek().is_some_and(|byte| !is_blank(byte) && byte != b'\\' && byte != b'#') {
-            return Err(self.bad_corner(start));
-        }
-        self.row(index, start)
-    }
-
-    #[cold]
-    fn bad_corner(&self, start: usize) -> Box<Finding> {
-        Finding::line(start, "a face has a malformed corner")
-            .found(quoted(token(self.bytes, start)))
-            .expected("`v`, `v/vt`, `v//vn` or `v/vt/vn` in whole numbers")
-            .into()
-    }
-
-    /// The row that an index names. One beyond the vertices so far may still come.
-    #[inline]
-    fn row(&mut self, index: i64, start: usize) -> Outcome<u32> {
-        let n_vertices = self.positions.len() as i64;
-        let row = if index > 0 { index - 1 } else { n_vertices + index };
-        if index == 0 || row < 0 || row >= MAX_VERTICES as i64 {
-            return Err(no_such_vertex(start, index, n_vertices as usize).into());
-        }
-        if row >= n_vertices && self.furthest.is_none_or(|(furthest, _)| row > i64::from(furthest)) {
-            self.furthest = Some((row as u32, start));
-        }
-        Ok(row as u32)
-    }
-
-    fn finish(self) -> Outcome<Soup> {
-        let n_vertices = self.positions.len();
-        if let Some((row, start)) = self.furthest
-            && row as usize >= n_vertices
-        {
-            return Err(no_such_vertex(start, i64::from(row) + 1, n_vertices).into());
-        }
-        let mut findings: Vec<Finding> = Vec::new();
-        if let Some(unknown) = self
-            .unknown
-            .finding(|count| format!("{} ignored", counted(count, "unknown statement is", "unknown statements are")))
-        {
-            let At::Line(start) = unknown.at else { return Err(unknown.into()) };
-            let found = quoted(token(self.bytes, start));
-            if self.n_known_statements == 0 {
-                return Err(Finding::line(start, "this is not an OBJ file")
-                    .found(found)
-                    .expected("statements like `v X Y Z` and `f I J K`")
-                    .into());
-            }
-            findings.push(unknown.found(found));
-        }
-        findings.extend(self.lines_and_points.finding(|count| {
-            format!("{} ignored", counted(count, "line or point element is", "line and point elements are"))
-        }));
-        Ok(Soup { positions: self.positions, faces: self.faces, findings })
+impl Contents {
+    /// Puts what follows in the file behind this.
+    fn append(&mut self, next: Contents) {
+        let Contents {
+            faces,
+            corner_normals,
+            materials,
+            libraries,
+            n_known_statements,
+            lines_and_points,
+            unknown,
+            lost_normals,
+        } = next;
+        self.faces.append(faces);
+        self.corner_normals.extend(corner_normals);
+        self.materials.extend(materials);
+        self.libraries.extend(libraries);
+        self.n_known_statements += n_known_statements;
+        self.lines_and_points.append(lines_and_points);
+        self.unknown.append(unknown);
+        self.lost_normals.append(lost_normals);
     }
 }
 
-#[cold]
-fn no_such_vertex(start: usize, index: i64, n_vertices: usize) -> Finding {
-    let expected = match n_vertices {
-        0 => "no index: there is no vertex".to_string(),
-        n => format!("1 to {n}, or -{n} to -1"),
+fn finish(bytes: &[u8], mut positions: Vec<Vec3>, normals: Vec<Vec3>, contents: Contents) -> Outcome<Obj> {
+    let findings = findings(bytes, &contents)?;
+    let Contents { mut faces, corner_normals, materials, libraries, .. } = contents;
+    let has_normals = corner_normals.iter().any(|&row| row != piece::NO_NORMAL);
+    let (normals, split_from) = match has_normals {
+        true => split::by_normal(&mut positions, &mut faces, &corner_normals, &normals)?,
+        false => (None, Vec::new()),
     };
-    Finding::line(start, "a face names a vertex that does not exist").found(index).expected(expected)
+    let materials = material_statements(bytes, &materials, &libraries);
+    Ok(Obj { positions, faces, normals, split_from, materials, findings })
+}
+
+fn findings(bytes: &[u8], contents: &Contents) -> Outcome<Vec<Finding>> {
+    let mut findings: Vec<Finding> = Vec::new();
+    let Contents { n_known_statements, lines_and_points, unknown, lost_normals, .. } = contents;
+    if let Some(unknown) =
+        unknown.finding(|count| format!("{} ignored", counted(count, "unknown statement is", "unknown statements are")))
+    {
+        let At::Line(start) = unknown.at else { return Err(unknown.into()) };
+        let found = quoted(token(bytes, start));
+        if *n_known_statements == 0 {
+            return Err(Finding::line(start, "this is not an OBJ file")
+                .found(found)
+                .expected("statements like `v X Y Z` and `f I J K`")
+                .into());
+        }
+        findings.push(unknown.found(found));
+    }
+    findings.extend(lines_and_points.finding(|count| {
+        format!("{} ignored", counted(count, "line or point element is", "line and point elements are"))
+    }));
+    findings.extend(lost_normals.finding(|count| {
+        let corners = counted(count, "corner names", "corners name");
+        format!("{corners} a normal that does not exist, and will be shaded by the faces around")
+    }));
+    Ok(findings)
+}
+
+fn material_statements(bytes: &[u8], uses: &[usize], libraries: &[usize]) -> MaterialStatements {
+    let argument = |start: usize| {
+        let keyword = token(bytes, start);
+        Cursor { bytes, at: start + keyword.len() }.rest_of_statement()
+    };
+    let mut names = Vec::new();
+    let mut rows: HashMap<Vec<u8>, u32> = HashMap::new();
+    let uses = uses.iter().map(|&start| {
+        let name = argument(start);
+        *rows.entry(name).or_insert_with_key(|name| {
+            names.push((start, name.clone()));
+            names.len() as u32 - 1
+        })
+    });
+    let uses = uses.collect();
+    MaterialStatements { libraries: libraries.iter().map(|&start| (start, argument(start))).collect(), names, uses }
 }
 
 #[cfg(test)]

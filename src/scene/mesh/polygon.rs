@@ -29,7 +29,21 @@ impl Cutter {
     /// A corner that repeats the one before it is skipped; a corner on a straight edge is used, so that neighbouring
     /// faces still meet it. A polygon with a non-finite corner becomes a fan, which the world will drop.
     pub fn cut(&mut self, corners: &[u32], positions: &[Vec3]) -> Option<&[[u32; 3]]> {
-        let Cutter { ring, points, triangles, budget } = self;
+        if !self.is_cut_plainly(corners, positions) {
+            let Cutter { ring, points, triangles, budget } = self;
+            EarClipper::new(points).run(budget, |ear| triangles.push(ear.map(|corner| ring[corner as usize])))?;
+        }
+        Some(&self.triangles)
+    }
+
+    /// [`Cutter::cut`] of a polygon that needs no ears; `None` for another.
+    pub fn cut_plain(&mut self, corners: &[u32], positions: &[Vec3]) -> Option<&[[u32; 3]]> {
+        self.is_cut_plainly(corners, positions).then_some(&self.triangles)
+    }
+
+    /// Cuts a polygon that is strictly convex, a quad, or has no area; of another only the ring is left to be cut.
+    fn is_cut_plainly(&mut self, corners: &[u32], positions: &[Vec3]) -> bool {
+        let Cutter { ring, points, triangles, budget: _ } = self;
         triangles.clear();
         if !skip_repetitions(corners, positions, ring)
             || !project(ring, positions, points)
@@ -40,9 +54,9 @@ impl Cutter {
             ring.rotate_left(diagonal);
             fan(ring, triangles);
         } else {
-            EarClipper::new(points).run(budget, |ear| triangles.push(ear.map(|corner| ring[corner as usize])))?;
+            return false;
         }
-        Some(triangles)
+        true
     }
 }
 

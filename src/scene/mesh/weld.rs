@@ -36,10 +36,10 @@ impl Welder {
 /// The standard hash takes longer than the rest of reading an STL file. This one multiplies and folds (as wyhash does),
 /// from a random seed, so that no file can be made whose vertices all collide.
 #[derive(Clone, Copy, Debug)]
-struct Seed(u64);
+pub(super) struct Seed(u64);
 
 impl Seed {
-    fn random() -> Seed {
+    pub fn random() -> Seed {
         Seed(RandomState::new().hash_one(0_u64))
     }
 }
@@ -52,7 +52,7 @@ impl BuildHasher for Seed {
     }
 }
 
-struct Fold {
+pub(super) struct Fold {
     seed: u64,
     state: u64,
 }

@@ -94,7 +94,8 @@ fn add_run(
 ) -> Result<(usize, usize), Error> {
     let Run { fill: material, positions, normals, faces } = run;
     let triangles = faces.cut_with(cutter, &positions, findings).map_err(|finding| source.problem(*finding))?;
-    let mesh = MeshInput { positions, triangles, normals, material, object: ObjectId(material.0) };
+    let object = ObjectId(material.0);
+    let mesh = MeshInput { positions, triangles, normals, material, object, ..MeshInput::default() };
     let (_, Dropped { non_finite, zero_area }) = world.add_mesh(mesh).map_err(|mut error| {
         error.problems.iter_mut().for_each(|problem| problem.place.file = Some(source.path().to_path_buf()));
         error

@@ -3,15 +3,15 @@ use super::*;
 type Mesh = (Vec<Vec3>, Vec<[u32; 3]>, Vec<String>);
 
 fn read(text: &[u8]) -> Mesh {
-    let soup = parse(text).unwrap();
-    let mut findings = soup.findings;
-    let triangles = soup.faces.cut(&soup.positions, &mut findings).unwrap();
-    (soup.positions, triangles, findings.into_iter().map(|finding| finding.what).collect())
+    let obj = parse(text, Attributes::default()).unwrap();
+    let mut findings = obj.findings;
+    let triangles = obj.faces.cut(&obj.positions, &mut findings).unwrap();
+    (obj.positions, triangles, findings.into_iter().map(|finding| finding.what).collect())
 }
 
 /// What, the offset of the line, found and expected of the error.
 fn refused(text: &str) -> (String, usize, String) {
-    let finding = parse(text.as_bytes()).unwrap_err();
+    let finding = parse(text.as_bytes(), Attributes::default()).unwrap_err();
     let At::Line(at) = finding.at else { panic!("{finding:?}") };
     let line = text[..at].matches('\n').count() + 1;
     (finding.what, line, format!("{} / {}", finding.found.unwrap_or_default(), finding.expected.unwrap_or_default()))
@@ -72,7 +72,7 @@ fn zero_and_out_of_range_indices_are_refused_with_their_line() {
     let what = "a face names a vertex that does not exist".to_string();
     let at = |face: &str| refused(&format!("{SQUARE}{face}"));
     assert_eq!(at("f 1 2 3\nf 0 1 2"), (what.clone(), 6, "0 / 1 to 4, or -4 to -1".into()));
-    assert_eq!(at("f 1 2 5\nf 1 2 9\nf 1 2 7"), (what.clone(), 6, "9 / 1 to 4, or -4 to -1".into()));
+    assert_eq!(at("f 1 2 5\nf 1 2 9\nf 1 2 7"), (what.clone(), 5, "5 / 1 to 4, or -4 to -1".into()));
     assert_eq!(at("f -5 1 2"), (what.clone(), 5, "-5 / 1 to 4, or -4 to -1".into()));
     assert_eq!(at("f 1 2 99999999999"), (what.clone(), 5, "99999999999 / 1 to 4, or -4 to -1".into()));
     assert_eq!(refused("f -4 -3 -2"), (what, 1, "-4 / no index: there is no vertex".into()));
