@@ -126,7 +126,7 @@ fn add_mesh(
     let (path, positions, triangles, span) = match source {
         MeshSource::File(file_path) => {
             let Some((path, file)) = load_mesh_file(file_path, hittable, base, report) else { return };
-            let MeshFile { positions, triangles, n_faces: _, warnings } = file;
+            let MeshFile { positions, triangles, normals: _, n_faces: _, warnings } = file;
             report.warnings_elsewhere(&file_path.span, placed(Error { problems: warnings }, &path, hittable));
             (path, positions, triangles, &file_path.span)
         }

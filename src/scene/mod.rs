@@ -4,8 +4,10 @@ pub mod compile;
 pub mod desc;
 pub mod frame;
 pub mod keys;
+pub mod machine;
 pub mod mesh;
 pub mod normals;
+pub mod source;
 
 mod geometry;
 mod nearest;
@@ -111,7 +113,7 @@ impl UpAxis {
     }
 }
 
-/// Reads and compiles a scene file or a bare mesh, told apart by extension.
+/// Reads and compiles a scene file or a bare mesh, told apart by extension, and a mesh also by its content.
 ///
 /// # Errors
 /// Everything that is wrong with the file, as many mistakes at once as can be told apart.
@@ -123,7 +125,7 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> {
         }
         Some(InputKind::Mesh) => frame::load_mesh(path, overrides),
         None => Err(Problem::new(Place::file(path), "not a kind of file that can be rendered")
-            .expected("a scene .toml, or a mesh .ply, .obj or .stl, plain or with .gz")
+            .expected("a scene .toml, or a mesh .ply, .obj, .stl or .off, plain or with .gz or .zst")
             .into()),
     }
 }
@@ -134,14 +136,13 @@ enum InputKind {
     Mesh,
 }
 
-/// What a file is by its extension, in upper or lower case.
+/// What a file is by its extension, in upper or lower case; a mesh also by its content, under a name that tells nothing.
 fn input_kind(path: &Path) -> Option<InputKind> {
     let name = path.file_name()?.to_string_lossy().to_lowercase();
-    let plain = name.strip_suffix(".gz").unwrap_or(&name);
-    if [".ply", ".obj", ".stl"].iter().any(|extension| plain.ends_with(extension)) {
-        return Some(InputKind::Mesh);
+    if name.ends_with(".toml") {
+        return Some(InputKind::Scene);
     }
-    name.ends_with(".toml").then_some(InputKind::Scene)
+    (mesh::is_mesh_path(path) || mesh::has_mesh_content(path)).then_some(InputKind::Mesh)
 }
 
 /// The text of a scene file.

@@ -222,7 +222,7 @@ impl Reader<'_> {
         findings.extend(self.lines_and_points.finding(|count| {
             format!("{} ignored", counted(count, "line or point element is", "line and point elements are"))
         }));
-        Ok(Soup { positions: self.positions, faces: self.faces, findings })
+        Ok(Soup { positions: self.positions, faces: self.faces, findings, ..Soup::default() })
     }
 }
 
