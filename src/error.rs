@@ -101,12 +101,15 @@ pub struct Problem {
     pub expected: Option<String>,
     /// What the user could do about it.
     pub help: Option<String>,
+    /// As a warning: whether something was wrong with the geometry that the input holds, and was left out or mended.
+    /// Such warnings are errors under `--strict`.
+    pub is_defect: bool,
 }
 
 impl Problem {
     /// A problem at a place.
     pub fn new(place: Place, what: impl Into<String>) -> Problem {
-        Problem { place, what: what.into(), found: None, expected: None, help: None }
+        Problem { place, what: what.into(), found: None, expected: None, help: None, is_defect: false }
     }
 
     /// The same problem, naming the value that was found.
@@ -118,6 +121,12 @@ impl Problem {
     /// The same problem, naming what was expected.
     pub fn expected(mut self, expected: impl fmt::Display) -> Problem {
         self.expected = Some(expected.to_string());
+        self
+    }
+
+    /// The same problem, as a warning of wrong geometry that was left out or mended.
+    pub fn defect(mut self) -> Problem {
+        self.is_defect = true;
         self
     }
 

@@ -6,6 +6,7 @@ use super::quantity;
 use crate::accel::AccelKind;
 use crate::error::{Error, Place, Problem};
 use crate::render::Settings;
+use crate::scene::machine::kib_field;
 use crate::world::World;
 
 /// Four planes of f32, or of f64 in the compatible mode.
@@ -80,33 +81,14 @@ fn can_reserve(bytes: u64) -> bool {
     usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
 }
 
-/// Memory that can be had without swapping, in bytes; `None` where the system does not say.
-pub fn available_bytes() -> Option<u64> {
-    kib_field(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")
-}
-
 /// The most memory this process has held so far, in bytes; `None` where the system does not say.
 pub fn peak_bytes() -> Option<u64> {
     kib_field(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
-/// A line `Name:   123 kB` of a /proc file, in bytes.
-fn kib_field(text: &str, name: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn fields_of_proc_files_are_read_in_bytes() {
-        let text = "MemTotal:  100 kB\nMemAvailable:    24 kB\nOdd: 1\n";
-        assert_eq!(kib_field(text, "MemAvailable:"), Some(24 * 1024));
-        assert_eq!(kib_field(text, "Odd:"), None);
-        assert_eq!(kib_field(text, "VmHWM:"), None);
-    }
 
     #[test]
     fn a_film_larger_than_memory_is_refused_and_one_that_fits_is_not() {

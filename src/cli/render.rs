@@ -20,7 +20,7 @@ use crate::accel::{Accel, AccelKind};
 use crate::error::{Error, Place};
 use crate::film::{Film, Rows};
 use crate::render::{self, Control, Counts, Settings};
-use crate::scene::Compiled;
+use crate::scene::{Compiled, machine};
 
 /// How often progress is shown and an interrupt noticed.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -48,7 +48,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
     }
     let plan = plan::settle(args, &scene)?;
-    Need::of(&scene.world, &plan.settings, plan.accel).check(memory::available_bytes())?;
+    Need::of(&scene.world, &plan.settings, plan.accel).check(machine::available_bytes())?;
 
     let accel = timed(&mut seconds.build, || pool.install(|| Accel::build_with(&scene.world, plan.accel, plan.preset)));
     let accel = accel.with_isa(plan.isa);

@@ -4,9 +4,11 @@ pub mod compile;
 pub mod desc;
 pub mod frame;
 pub mod keys;
+pub mod machine;
 pub mod mesh;
 pub mod nff;
 pub mod normals;
+pub mod source;
 
 mod crease;
 mod geometry;
@@ -132,7 +134,7 @@ impl UpAxis {
     }
 }
 
-/// Reads and compiles a scene file or a bare mesh, told apart by extension; an NFF scene is also known by its text.
+/// Reads and compiles a scene file or a bare mesh, told apart by extension; a mesh and an NFF scene also by their content.
 ///
 /// # Errors
 /// Everything that is wrong with the file, as many mistakes at once as can be told apart.
@@ -146,7 +148,7 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> {
         Some(InputKind::Nff) => nff::load(path, overrides),
         None if begins_as_nff(path) => nff::load(path, overrides),
         None => Err(Problem::new(Place::file(path), "not a kind of file that can be rendered")
-            .expected("a scene .toml or .nff, or a mesh .ply, .obj or .stl, plain or with .gz")
+            .expected("a scene .toml or .nff, or a mesh .ply, .obj, .stl or .off; all but .toml also with .gz or .zst")
             .into()),
     }
 }
@@ -158,17 +160,16 @@ enum InputKind {
     Nff,
 }
 
-/// What a file is by its extension, in upper or lower case.
+/// What a file is by its extension, in upper or lower case; a mesh also by its content, under a name that tells nothing.
 fn input_kind(path: &Path) -> Option<InputKind> {
     let name = path.file_name()?.to_string_lossy().to_lowercase();
-    let plain = name.strip_suffix(".gz").unwrap_or(&name);
-    if plain.strip_suffix(".zst").unwrap_or(plain).ends_with(".nff") {
+    if name.ends_with(".toml") {
+        return Some(InputKind::Scene);
+    }
+    if source::unpacked_name(path).ends_with(".nff") {
         return Some(InputKind::Nff);
     }
-    if [".ply", ".obj", ".stl"].iter().any(|extension| plain.ends_with(extension)) {
-        return Some(InputKind::Mesh);
-    }
-    name.ends_with(".toml").then_some(InputKind::Scene)
+    (mesh::is_mesh_path(path) || mesh::has_mesh_content(path)).then_some(InputKind::Mesh)
 }
 
 /// Whether the beginning of a regular file is that of an NFF scene.

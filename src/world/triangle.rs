@@ -164,9 +164,11 @@ impl World {
         if dropped != Dropped::default() {
             drop_faces(&mut faces, &positions, &mut parts);
         }
-        for position in positions.iter_mut().filter(|position| !position.is_finite()) {
-            *position = Vec3::ZERO;
-        }
+        positions.par_chunks_mut(1 << 14).flatten_iter().filter(|position| !position.is_finite()).for_each(
+            |position| {
+                *position = Vec3::ZERO;
+            },
+        );
 
         // Append the columns; the first mesh is moved, not copied.
         let tables = &mut self.triangles;
@@ -230,12 +232,12 @@ fn append<T>(column: &mut Vec<T>, mut rows: Vec<T>) {
 
 fn check_mesh(mesh: &MeshInput, world: &World) -> Result<(), Error> {
     let n_vertices = mesh.positions.len();
-    if let Some((face, &vertex)) = mesh
-        .triangles
-        .iter()
-        .enumerate()
-        .find_map(|(face, corners)| corners.iter().find(|&&v| v as usize >= n_vertices).map(|v| (face, v)))
-    {
+    // Pieces without a branch in them are what the compiler makes fast; the face is looked for when there is one.
+    let is_out_of_range = |vertices: &[u32]| vertices.iter().max().is_some_and(|&vertex| vertex as usize >= n_vertices);
+    let has_out_of_range = |faces: &[[u32; 3]]| is_out_of_range(faces.as_flattened());
+    if mesh.triangles.par_chunks(1 << 14).any(has_out_of_range) {
+        let face = mesh.triangles.iter().position(|vertices| is_out_of_range(vertices)).unwrap_or_default();
+        let vertex = mesh.triangles[face].into_iter().find(|&vertex| vertex as usize >= n_vertices).unwrap_or_default();
         return Err(Problem::new(Place::default(), format!("face {face} names a vertex that does not exist"))
             .found(vertex)
             .expected(format!("0 to {}", n_vertices as i64 - 1))

@@ -3,6 +3,8 @@
 //! Triangles are kept as they are. Larger polygons wait until all positions are known, since a file may name its faces
 //! before its vertices; each has its place among the triangles reserved, so that the order of the file is kept.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -34,6 +36,11 @@ struct Polygon {
 }
 
 impl Faces {
+    /// Faces that are triangles all.
+    pub fn of_triangles(triangles: Vec<[u32; 3]>) -> Faces {
+        Faces { n_faces: triangles.len(), triangles, ..Faces::default() }
+    }
+
     /// Makes room for triangles; only for counts that the data bears out.
     pub fn reserve(&mut self, n_triangles: usize) {
         self.triangles.reserve_exact(n_triangles);
@@ -48,6 +55,34 @@ impl Faces {
     pub fn push_triangle(&mut self, corners: [u32; 3]) {
         self.triangles.push(corners);
         self.n_faces += 1;
+    }
+
+    /// Adds triangles, found by all threads, up to the first that is none; returns how many.
+    pub fn extend_triangles(&mut self, triangles: impl IndexedParallelIterator<Item = Option<[u32; 3]>>) -> usize {
+        let before = self.triangles.len();
+        let n_right = AtomicUsize::new(triangles.len());
+        self.triangles.par_extend(triangles.enumerate().map(|(row, triangle)| {
+            triangle.unwrap_or_else(|| {
+                n_right.fetch_min(row, Ordering::Relaxed);
+                VACANT
+            })
+        }));
+        let n_right = n_right.into_inner();
+        self.triangles.truncate(before + n_right);
+        self.n_faces += n_right;
+        n_right
+    }
+
+    /// Gives every vertex the row that `rows` has for it.
+    pub fn renumber(&mut self, rows: &[u32]) {
+        let renumber = |vertex: &mut u32| {
+            // Reserved places stay what they are.
+            if let Some(&row) = rows.get(*vertex as usize) {
+                *vertex = row;
+            }
+        };
+        self.triangles.par_iter_mut().flatten().for_each(renumber);
+        self.corners.iter_mut().for_each(renumber);
     }
 
     /// Adds a polygon. One with fewer than three corners is left out and counted.

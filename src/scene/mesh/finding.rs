@@ -2,6 +2,9 @@
 
 use std::fmt::Display;
 
+use super::super::source::Source;
+use crate::error::{Place, Problem};
+
 /// Where in the bytes a finding lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum At {
@@ -23,6 +26,8 @@ pub(in crate::scene) struct Finding {
     pub found: Option<String>,
     pub expected: Option<String>,
     pub help: Option<String>,
+    /// As [`Problem::is_defect`].
+    pub is_defect: bool,
 }
 
 /// Boxed, so that a reader's hot path returns two words.
@@ -31,7 +36,7 @@ pub(in crate::scene) type Outcome<T> = Result<T, Box<Finding>>;
 impl Finding {
     #[cold]
     pub fn new(at: At, what: impl Into<String>) -> Finding {
-        Finding { at, key: None, what: what.into(), found: None, expected: None, help: None }
+        Finding { at, key: None, what: what.into(), found: None, expected: None, help: None, is_defect: false }
     }
 
     #[cold]
@@ -64,9 +69,28 @@ impl Finding {
         self
     }
 
+    pub fn defect(mut self) -> Finding {
+        self.is_defect = true;
+        self
+    }
+
     pub fn key(mut self, key: impl Into<String>) -> Finding {
         self.key = Some(key.into());
         self
+    }
+
+    /// The finding with its place in the file that was read.
+    pub fn into_problem(self, source: &Source) -> Problem {
+        let Finding { at, key, mut what, found, expected, help, is_defect } = self;
+        let place = match at {
+            At::File => Place::file(source.path()),
+            At::Line(offset) => source.line(offset),
+            At::Byte(offset) => source.byte(offset),
+        };
+        if source.was_packed() && matches!(at, At::Byte(_)) {
+            what.push_str(" (byte of the decompressed data)");
+        }
+        Problem { place: Place { key, ..place }, what, found, expected, help, is_defect }
     }
 }
 

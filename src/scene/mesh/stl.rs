@@ -1,16 +1,17 @@
 //! STL (3D Systems, "StereoLithography Interface Specification", 1989), binary and ascii.
 //!
 //! Corners that are equal number for number become one vertex, so that neighbours share it. Normals and attributes
-//! are ignored.
+//! are ignored: a facet's normal says what its corners say.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::MAX_VERTICES;
 use super::Soup;
 use super::faces::Faces;
 use super::finding::{At, Finding, Outcome, counted, quoted};
 use super::number::{is_blank, is_line_end, parse_f64, token};
-use super::weld::Welder;
+use super::weld::{self, Numbered, position_key};
 
 const HEADER_BYTES: usize = 84;
 const FACET_BYTES: usize = 50;
@@ -26,12 +27,31 @@ pub(super) fn parse(bytes: &[u8]) -> Outcome<Soup> {
 /// A file whose size is that of its binary count is binary, whatever its header says: many begin with `solid`. Any
 /// other that begins with `solid` is ascii when one of the keywords that may follow stands in its first kilobyte.
 fn is_ascii(bytes: &[u8]) -> bool {
-    if binary_count(bytes).is_some_and(|count| bytes.len() == HEADER_BYTES + FACET_BYTES * count) {
+    if has_binary_size(bytes) {
         return false;
     }
-    let head = bytes[..bytes.len().min(1024)].trim_ascii_start().to_ascii_lowercase();
-    let words = |word: &[u8]| head.split(|&b| is_blank(b)).any(|found| found == word);
-    head.starts_with(b"solid") && (words(b"facet") || words(b"endsolid") || !head.contains(&0))
+    let head = head(bytes);
+    head.starts_with(b"solid") && (has_word(&head, b"facet") || has_word(&head, b"endsolid") || !head.contains(&0))
+}
+
+/// Whether the bytes can be nothing but STL: of a binary file's size, or text that begins as an ascii file with facets.
+pub(super) fn is_certain(bytes: &[u8]) -> bool {
+    let head = head(bytes);
+    has_binary_size(bytes) || head.starts_with(b"solid") && has_word(&head, b"facet")
+}
+
+/// Whether the size is that of a binary file with as many facets as it says, and at least one.
+pub(super) fn has_binary_size(bytes: &[u8]) -> bool {
+    binary_count(bytes).is_some_and(|count| count > 0 && bytes.len() == HEADER_BYTES + FACET_BYTES * count)
+}
+
+/// The beginning, in lower case.
+fn head(bytes: &[u8]) -> Vec<u8> {
+    bytes[..bytes.len().min(1024)].trim_ascii_start().to_ascii_lowercase()
+}
+
+fn has_word(head: &[u8], word: &[u8]) -> bool {
+    head.split(|&b| is_blank(b)).any(|found| found == word)
 }
 
 fn binary_count(bytes: &[u8]) -> Option<usize> {
@@ -57,19 +77,21 @@ fn parse_binary(bytes: &[u8]) -> Outcome<Soup> {
             .into());
     }
     check_corners(3 * n_facets, At::Byte(HEADER_BYTES - 4))?;
-    let mut welder = Welder::new();
-    let mut faces = Faces::default();
-    faces.reserve(n_facets);
-    for facet in facets.chunks_exact(FACET_BYTES).take(n_facets) {
-        faces.push_triangle([12, 24, 36].map(|corner| welder.row(position(&facet[corner..]))));
-    }
+    let Numbered { rows, keys } = weld::number(n_facets, |row| {
+        let facet = &facets[FACET_BYTES * row..][..FACET_BYTES];
+        [12, 24, 36].map(|corner| position_key(position(&facet[corner..])))
+    });
     let end = HEADER_BYTES + FACET_BYTES * n_facets;
     let mut findings = Vec::new();
     if !bytes[end..].trim_ascii().is_empty() {
         let rest = counted(bytes.len() - end, "byte is", "bytes are");
         findings.push(Finding::byte(end, format!("{rest} left behind the last of {n_facets} facets, and ignored")));
     }
-    Ok(Soup { positions: welder.into_positions(), faces, findings })
+    Ok(Soup { positions: positions_of(keys), faces: Faces::of_triangles(rows), findings, ..Soup::default() })
+}
+
+fn positions_of(keys: Vec<weld::Key>) -> Vec<Vec3> {
+    keys.into_par_iter().map(|bits| Vec3::from_array(bits.map(f32::from_bits))).collect()
 }
 
 fn position(bytes: &[u8]) -> Vec3 {
@@ -89,14 +111,14 @@ fn check_corners(n_corners: usize, at: At) -> Outcome<()> {
 struct AsciiReader<'a> {
     bytes: &'a [u8],
     at: usize,
-    welder: Welder,
+    /// Corners as they come; faces name them by place.
+    corners: Vec<Vec3>,
     faces: Faces,
-    n_corners: usize,
 }
 
 impl<'a> AsciiReader<'a> {
     fn new(bytes: &'a [u8]) -> AsciiReader<'a> {
-        AsciiReader { bytes, at: 0, welder: Welder::new(), faces: Faces::default(), n_corners: 0 }
+        AsciiReader { bytes, at: 0, corners: Vec::new(), faces: Faces::default() }
     }
 
     /// Moves to the next word and returns it; empty at the end of the file.
@@ -154,7 +176,11 @@ impl<'a> AsciiReader<'a> {
                 return Err(self.unexpected(word, if is_inside { "`facet` or `endsolid`" } else { "`solid`" }));
             }
         }
-        Ok(Soup { positions: self.welder.into_positions(), faces: self.faces, findings: Vec::new() })
+        let AsciiReader { corners, mut faces, .. } = self;
+        let Numbered { rows, keys } = weld::number(corners.len(), |row| [position_key(corners[row])]);
+        drop(corners);
+        faces.renumber(rows.as_flattened());
+        Ok(Soup { positions: positions_of(keys), faces, ..Soup::default() })
     }
 
     /// A facet behind its keyword. More than three corners are taken as a polygon.
@@ -208,9 +234,9 @@ impl<'a> AsciiReader<'a> {
                 }
             }
         }
-        self.n_corners += 1;
-        check_corners(self.n_corners, At::Line(self.at))?;
-        Ok(self.welder.row(Vec3::from_array(position)))
+        self.corners.push(Vec3::from_array(position));
+        check_corners(self.corners.len(), At::Line(self.at))?;
+        Ok(self.corners.len() as u32 - 1)
     }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::super::mesh::finding::{Finding, Outcome};
 use super::super::mesh::polygon::Cutter;
-use super::super::mesh::source::Source;
+use super::super::source::Source;
 use super::super::{Compiled, Names, Overrides, RenderKeys, compile, geometry, validate};
 use super::cone::Cone;
 use super::read::{Light, Run, Sphere, Statements, View};
@@ -18,7 +18,7 @@ pub(super) fn build(statements: Statements, source: &Source, overrides: &Overrid
         Problem::new(Place::file(source.path()), "the scene has no view")
             .expected("`v`, and behind it `from`, `at`, `up`, `angle` and `resolution`")
     })?;
-    let camera = camera(&view, overrides).map_err(|finding| source.problem(*finding))?;
+    let camera = camera(&view, overrides).map_err(|finding| finding.into_problem(source))?;
     if spheres.len().max(cones.len()) > PrimRef::MAX_ROWS {
         let problem = Problem::new(Place::file(source.path()), "too many spheres or cones");
         return Err(problem.expected(format!("at most {} of each", PrimRef::MAX_ROWS)).into());
@@ -50,7 +50,7 @@ pub(super) fn build(statements: Statements, source: &Source, overrides: &Overrid
         dropped.zero_area += zero_area;
     }
 
-    let mut warnings: Vec<Problem> = findings.into_iter().map(|finding| source.problem(finding)).collect();
+    let mut warnings: Vec<Problem> = findings.into_iter().map(|finding| finding.into_problem(source)).collect();
     warnings.extend(geometry::warnings_about(dropped, source.path()));
     let names: Vec<String> = (0..fills.len()).map(|fill| format!("fill {fill}")).collect();
     let names = Names { objects: names.clone(), materials: names };
@@ -93,7 +93,7 @@ fn add_run(
     findings: &mut Vec<Finding>,
 ) -> Result<(usize, usize), Error> {
     let Run { fill: material, positions, normals, faces } = run;
-    let triangles = faces.cut_with(cutter, &positions, findings).map_err(|finding| source.problem(*finding))?;
+    let triangles = faces.cut_with(cutter, &positions, findings).map_err(|finding| finding.into_problem(source))?;
     let object = ObjectId(material.0);
     let mesh = MeshInput { positions, triangles, normals, material, object, ..MeshInput::default() };
     let (_, Dropped { non_finite, zero_area }) = world.add_mesh(mesh).map_err(|mut error| {

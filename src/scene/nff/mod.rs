@@ -13,7 +13,7 @@ mod words;
 
 use std::path::Path;
 
-use super::mesh::source::Source;
+use super::source::Source;
 use super::{Compiled, Overrides, compile};
 use crate::error::Error;
 use words::Words;
@@ -37,7 +37,7 @@ pub fn from_bytes(name: &Path, bytes: Vec<u8>, overrides: &Overrides) -> Result<
 }
 
 fn compile_source(source: &Source, overrides: &Overrides) -> Result<Compiled, Error> {
-    let statements = read::read(source.bytes()).map_err(|finding| source.problem(*finding))?;
+    let statements = read::read(source.bytes()).map_err(|finding| finding.into_problem(source))?;
     build::build(statements, source, overrides)
 }
 

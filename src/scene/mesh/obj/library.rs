@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use super::super::MeshMaterial;
 use super::super::finding::{Finding, counted, quoted};
-use super::super::source::Source;
 use super::MaterialStatements;
 use super::mtl::{self, MtlMaterial};
 use crate::error::Problem;
+use crate::scene::source::Source;
 
 /// Bytes that all libraries of a file may have: a material takes some 200.
 const MOST_LIBRARY_BYTES: u64 = 64 << 20;
@@ -63,7 +63,7 @@ pub(in super::super) fn load(obj: &Source, statements: &MaterialStatements) -> M
     if let Some((offset, name)) = missing {
         let what = counted(n_missing, "material is in no library", "materials are in no library");
         let finding = Finding::line(offset, format!("{what}: their faces get the default material"));
-        warnings.push(obj.problem(finding.found(quoted(name))));
+        warnings.push(finding.found(quoted(name)).into_problem(obj));
     }
     Materials { materials, of_name, warnings }
 }
@@ -129,7 +129,7 @@ impl Loader<'_> {
         /// A file of a million broken statements need not answer with as many warnings.
         const MOST_WARNINGS: usize = 20;
         if self.warnings.len() < MOST_WARNINGS {
-            self.warnings.push(self.obj.problem(finding));
+            self.warnings.push(finding.into_problem(self.obj));
         }
     }
 
@@ -152,7 +152,7 @@ impl Loader<'_> {
         };
         self.bytes_left -= library.bytes().len() as u64;
         let read = mtl::parse(library.bytes());
-        self.warnings.extend(read.findings.into_iter().map(|finding| library.problem(finding)));
+        self.warnings.extend(read.findings.into_iter().map(|finding| finding.into_problem(&library)));
         self.found.extend(read.materials);
     }
 }

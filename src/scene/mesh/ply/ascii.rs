@@ -2,6 +2,8 @@
 //!
 //! A row may also run over several lines, as some writers break long lists; but each row begins on a line of its own,
 //! so that a missing value is found where it is missing.
+//!
+//! OFF files are the same but for two customs, [`Custom`].
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -9,13 +11,22 @@ use rayon::prelude::*;
 use super::super::faces::Faces;
 use super::super::finding::{At, Finding, Outcome, Tally, counted, quoted};
 use super::super::number::{is_blank, is_line_end, parse_f64, parse_i64, token};
-use super::body::{FaceRow, Step, Values};
+use super::body::{Columns, FaceRow, Step, Values, Vertices};
 use super::header::{Element, Kind};
+
+/// In what a format departs from PLY.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Custom {
+    Ply,
+    /// `#` begins a comment, and values behind those of a row, such as colours, are passed over without a word.
+    Off,
+}
 
 #[derive(Debug)]
 pub(super) struct Ascii<'a> {
     bytes: &'a [u8],
     at: usize,
+    custom: Custom,
     /// Where the row and the latest value began, for messages.
     row_start: usize,
     value_start: usize,
@@ -23,15 +34,22 @@ pub(super) struct Ascii<'a> {
 }
 
 impl<'a> Ascii<'a> {
-    pub fn new(bytes: &'a [u8], body_start: usize) -> Ascii<'a> {
-        Ascii { bytes, at: body_start, row_start: body_start, value_start: body_start, surplus: Tally::default() }
+    pub fn new(bytes: &'a [u8], body_start: usize, custom: Custom) -> Ascii<'a> {
+        let (row_start, value_start) = (body_start, body_start);
+        Ascii { bytes, at: body_start, custom, row_start, value_start, surplus: Tally::default() }
     }
 
     /// Moves to the next value, over line ends too.
     #[inline]
     fn seek_value(&mut self) {
-        while self.bytes.get(self.at).is_some_and(|&b| is_blank(b)) {
-            self.at += 1;
+        while let Some(&byte) = self.bytes.get(self.at) {
+            if byte == b'#' && self.custom == Custom::Off {
+                self.at = line_end(self.bytes, self.at);
+            } else if is_blank(byte) {
+                self.at += 1;
+            } else {
+                break;
+            }
         }
     }
 
@@ -49,7 +67,11 @@ impl<'a> Ascii<'a> {
     /// row that began on an earlier line has taken values of the next.
     #[cold]
     fn surplus_values(&mut self) -> Outcome<()> {
-        let end = self.bytes[self.at..].iter().position(|&b| is_line_end(b)).map_or(self.bytes.len(), |n| self.at + n);
+        let end = line_end(self.bytes, self.at);
+        if self.custom == Custom::Off && self.bytes[self.at] == b'#' {
+            self.at = end;
+            return Ok(());
+        }
         if self.bytes[self.row_start..self.at].iter().any(|&b| is_line_end(b)) {
             let found = quoted(self.bytes[self.at..end].trim_ascii());
             return Err(Finding::line(self.row_start, "the row has fewer values than the header declares")
@@ -57,7 +79,9 @@ impl<'a> Ascii<'a> {
                 .expected("each row on a line of its own")
                 .into());
         }
-        self.surplus.add(At::Line(self.row_start));
+        if self.custom == Custom::Ply {
+            self.surplus.add(At::Line(self.row_start));
+        }
         self.at = end;
         Ok(())
     }
@@ -79,6 +103,12 @@ const MOST_PIECES: usize = 64;
 struct Line<'a> {
     bytes: &'a [u8],
     at: usize,
+    custom: Custom,
+}
+
+/// The offset of the line end at or behind an offset, or of the end of the file.
+fn line_end(bytes: &[u8], at: usize) -> usize {
+    bytes[at..].iter().position(|&b| is_line_end(b)).map_or(bytes.len(), |n| at + n)
 }
 
 /// What one thread has read: rows, and the offset behind the last of them.
@@ -104,6 +134,19 @@ impl Line<'_> {
         Some(value)
     }
 
+    /// As many numbers, of which those at `wanted` are kept.
+    #[inline]
+    fn scalars<const N: usize>(&mut self, n_values: usize, wanted: [usize; N]) -> Option<[f32; N]> {
+        let mut kept = [0.0; N];
+        for place in 0..n_values {
+            let value = self.number()?;
+            if let Some(row) = wanted.iter().position(|&wanted| wanted == place) {
+                kept[row] = value as f32;
+            }
+        }
+        Some(kept)
+    }
+
     /// The next number, if it is written as a whole number that is not negative.
     #[inline]
     fn whole(&mut self) -> Option<u64> {
@@ -117,6 +160,9 @@ impl Line<'_> {
     #[inline]
     fn end(&mut self) -> Option<usize> {
         self.skip_blanks();
+        if self.custom == Custom::Off {
+            self.at = line_end(self.bytes, self.at);
+        }
         match self.bytes.get(self.at..)? {
             [] => Some(self.at),
             [b'\n', ..] => Some(self.at + 1),
@@ -128,11 +174,17 @@ impl Line<'_> {
 
 /// Reads plain rows from `start` on, until `end`, which is the start of a line or the end of the file, or until a row is
 /// not plain.
-fn read_run<T>(bytes: &[u8], start: usize, end: usize, parse: impl Fn(&mut Line) -> Option<T>) -> Run<T> {
+fn read_run<T>(
+    bytes: &[u8],
+    start: usize,
+    end: usize,
+    custom: Custom,
+    parse: impl Fn(&mut Line) -> Option<T>,
+) -> Run<T> {
     let bytes = &bytes[..end];
     let mut run = Run { rows: Vec::new(), end: start };
     while run.end < end {
-        let mut line = Line { bytes, at: run.end };
+        let mut line = Line { bytes, at: run.end, custom };
         let Some(row) = parse(&mut line) else { break };
         let Some(end) = line.end() else { break };
         run.rows.push(row);
@@ -150,7 +202,7 @@ impl Ascii<'_> {
         mut take: impl FnMut(&[T]),
     ) -> usize {
         // Where most rows are not plain, as in a mesh of quads, finding that out must cost nothing.
-        let mut line = Line { bytes: self.bytes, at: self.at };
+        let mut line = Line { bytes: self.bytes, at: self.at, custom: self.custom };
         if n_rows == 0 || parse(&mut line).and_then(|_| line.end()).is_none() {
             return 0;
         }
@@ -161,7 +213,7 @@ impl Ascii<'_> {
         while n_done < n_rows {
             let places: Vec<usize> =
                 (0..=n_pieces).map(|piece| self.line_start(self.at + piece * PIECE_BYTES)).collect();
-            let read = |place: &[usize]| read_run(self.bytes, place[0], place[1], &parse);
+            let read = |place: &[usize]| read_run(self.bytes, place[0], place[1], self.custom, &parse);
             let runs: Vec<Run<T>> = match n_pieces {
                 1 => places.windows(2).map(read).collect(),
                 _ => places.par_windows(2).map(read).collect(),
@@ -280,23 +332,23 @@ impl Values for Ascii<'_> {
         (2 * element.properties.len()).saturating_sub(1)
     }
 
-    /// Rows of scalars alone, three of which are kept.
-    fn bulk_vertices(&mut self, element: &Element, xyz: [usize; 3], positions: &mut Vec<Vec3>) -> Outcome<usize> {
+    /// Rows of scalars alone, three or six of which are kept.
+    fn bulk_vertices(&mut self, element: &Element, columns: &Columns, vertices: &mut Vertices) -> Outcome<usize> {
         let n_values = element.properties.len();
         if element.properties.iter().any(|property| property.count_kind.is_some()) {
             return Ok(0);
         }
-        let parse = |line: &mut Line| {
-            let mut position = [0.0; 3];
-            for place in 0..n_values {
-                let value = line.number()?;
-                if let Some(axis) = xyz.iter().position(|&wanted| wanted == place) {
-                    position[axis] = value as f32;
-                }
-            }
-            Some(Vec3::from_array(position))
+        let Vertices { positions, normals } = vertices;
+        let Some([nx, ny, nz]) = columns.normal else {
+            let parse = |line: &mut Line| line.scalars(n_values, columns.xyz).map(Vec3::from_array);
+            return Ok(self.bulk(element.count, parse, |rows| positions.extend_from_slice(rows)));
         };
-        Ok(self.bulk(element.count, parse, |rows| positions.extend_from_slice(rows)))
+        let [x, y, z] = columns.xyz;
+        let parse = |line: &mut Line| line.scalars(n_values, [x, y, z, nx, ny, nz]);
+        Ok(self.bulk(element.count, parse, |rows| {
+            positions.extend(rows.iter().map(|&[x, y, z, ..]| Vec3::new(x, y, z)));
+            normals.extend(rows.iter().map(|&[.., nx, ny, nz]| Vec3::new(nx, ny, nz)));
+        }))
     }
 
     /// The common layout: nothing but the list.

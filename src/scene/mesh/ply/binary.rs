@@ -1,10 +1,11 @@
 //! The binary encodings: values back to back, in either byte order.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::super::faces::Faces;
 use super::super::finding::{At, Finding, Outcome, counted};
-use super::body::{FaceRow, Step, Values};
+use super::body::{Columns, FaceRow, Step, Values, Vertices};
 use super::header::{Element, Kind};
 
 #[derive(Debug)]
@@ -150,66 +151,129 @@ impl<const LITTLE_ENDIAN: bool> Values for Binary<'_, LITTLE_ENDIAN> {
         }
     }
 
-    /// The common layouts, three floats or three doubles side by side among other scalars, in one loop.
-    fn bulk_vertices(&mut self, element: &Element, xyz: [usize; 3], positions: &mut Vec<Vec3>) -> Outcome<usize> {
-        let [x, y, z] = xyz;
-        let properties = &element.properties;
-        let kind = properties[x].kind;
-        let is_plain = (y, z) == (x + 1, x + 2)
-            && properties.iter().all(|property| property.count_kind.is_none())
-            && properties[y].kind == kind
-            && properties[z].kind == kind
-            && matches!(kind, Kind::F32 | Kind::F64);
-        if !is_plain || element.count == 0 {
+    /// The common layouts, floats or doubles among other scalars, by all threads.
+    fn bulk_vertices(&mut self, element: &Element, columns: &Columns, vertices: &mut Vertices) -> Outcome<usize> {
+        if element.count == 0 || element.properties.iter().any(|property| property.count_kind.is_some()) {
             return Ok(0);
         }
+        let places = [Some(columns.xyz), columns.normal].map(|place| place.map(|place| Triple::of(element, place)));
+        let (xyz, normal) = match places {
+            [Some(Some(xyz)), None] => (xyz, None),
+            [Some(Some(xyz)), Some(Some(normal))] => (xyz, Some(normal)),
+            _ => return Ok(0),
+        };
         let stride = Self::least_row_bytes(element);
-        let offset: usize = properties[..x].iter().map(|property| property.kind.size()).sum();
         let n_bytes = stride.saturating_mul(element.count);
         let Some(data) = self.rest_bytes().get(..n_bytes) else { return Err(self.ends_early(n_bytes)) };
-        let float = |row: &[u8], axis: usize| Self::u32(row.get(4 * axis..)?).map(f32::from_bits);
-        let double = |row: &[u8], axis: usize| Some(f64::from_bits(Self::u64(row.get(8 * axis..)?)?) as f32);
-        let rows = data.chunks_exact(stride).map(|row| &row[offset..]);
-        let position = |x: Option<f32>, y: Option<f32>, z: Option<f32>| Some(Vec3::new(x?, y?, z?));
-        // No row can fail: all of them were sliced to the stride, which holds the three values.
-        if kind == Kind::F32 {
-            positions.extend(rows.filter_map(|row| position(float(row, 0), float(row, 1), float(row, 2))));
-        } else {
-            positions.extend(rows.filter_map(|row| position(double(row, 0), double(row, 1), double(row, 2))));
+        Self::triples(data, stride, xyz, &mut vertices.positions);
+        if let Some(normal) = normal {
+            Self::triples(data, stride, normal, &mut vertices.normals);
         }
         self.at += n_bytes;
         Ok(element.count)
     }
 
-    /// The common layout: a byte for the count and four for an index, between scalars.
+    /// The common layouts, a list with four bytes for an index between scalars, by all threads.
     fn bulk_triangles(&mut self, face: &FaceRow, n_rows: usize, n_vertices: usize, faces: &mut Faces) -> usize {
-        let (mut before, mut after, mut found) = (0, 0, false);
+        let Some(layout) = TriangleRow::of(face) else { return 0 };
+        let triangle = |row: &[u8]| Self::triangle(row, layout, n_vertices);
+        let mut n_done = 0;
+        // More each time, so that what is read in vain, behind a row that is no triangle, is little beside what was of
+        // use; and nothing where that row is the first.
+        let mut n_rows_each = 1 << 10;
+        while n_done < n_rows {
+            let rest = self.rest_bytes();
+            let n_next = n_rows_each.min(n_rows - n_done).min(rest.len() / layout.stride);
+            let rows = &rest[..n_next * layout.stride];
+            if rows.get(..layout.stride).and_then(triangle).is_none() {
+                break;
+            }
+            let rows = rows.par_chunks_exact(layout.stride).with_min_len(1 << 12);
+            let n_triangles = faces.extend_triangles(rows.map(triangle));
+            self.at += n_triangles * layout.stride;
+            n_done += n_triangles;
+            if n_triangles < n_next {
+                break;
+            }
+            n_rows_each = n_rows_each.saturating_mul(8);
+        }
+        n_done
+    }
+}
+
+/// Three numbers of one kind in a row: the offset of each.
+#[derive(Clone, Copy, Debug)]
+struct Triple {
+    offsets: [usize; 3],
+    is_double: bool,
+}
+
+impl Triple {
+    /// `None` when they are no floats and no doubles.
+    fn of(element: &Element, places: [usize; 3]) -> Option<Triple> {
+        let properties = &element.properties;
+        let is_double = properties[places[0]].kind == Kind::F64;
+        let kind = if is_double { Kind::F64 } else { Kind::F32 };
+        let offset = |place: usize| properties[..place].iter().map(|property| property.kind.size()).sum();
+        places.iter().all(|&place| properties[place].kind == kind).then_some(())?;
+        Some(Triple { offsets: places.map(offset), is_double })
+    }
+}
+
+/// A row of a triangle.
+#[derive(Clone, Copy, Debug)]
+struct TriangleRow {
+    stride: usize,
+    /// Offsets of the count and of the three indices.
+    count: usize,
+    indices: usize,
+}
+
+impl TriangleRow {
+    /// `None` for another layout than a list of four-byte indices among scalars.
+    fn of(face: &FaceRow) -> Option<TriangleRow> {
+        let (mut stride, mut list) = (0, None);
         for &step in &face.steps {
             match step {
-                Step::Skip(kind, n_values) => {
-                    let n_bytes = kind.size() * n_values;
-                    *(if found { &mut after } else { &mut before }) += n_bytes;
+                Step::Skip(kind, n_values) => stride += kind.size() * n_values,
+                Step::Indices { count_kind, kind: Kind::I32 | Kind::U32 } => {
+                    list = Some((stride, stride + count_kind.size()));
+                    stride += count_kind.size() + 12;
                 }
-                Step::Indices { count_kind: Kind::U8 | Kind::I8, kind: Kind::I32 | Kind::U32 } => found = true,
-                _ => return 0,
+                _ => return None,
             }
         }
-        let stride = before + 13 + after;
-        let mut n_done = 0;
-        for row in self.rest_bytes().chunks_exact(stride).take(n_rows) {
-            let list = &row[before..before + 13];
-            if list[0] != 3 {
-                break;
-            }
-            let [Some(a), Some(b), Some(c)] = [1, 5, 9].map(|at| Self::u32(&list[at..])) else { break };
-            // A negative index is beyond any count of vertices here, which fit 31 bits.
-            if a.max(b).max(c) as usize >= n_vertices {
-                break;
-            }
-            faces.push_triangle([a, b, c]);
-            n_done += 1;
+        list.map(|(count, indices)| TriangleRow { stride, count, indices })
+    }
+}
+
+impl<const LITTLE_ENDIAN: bool> Binary<'_, LITTLE_ENDIAN> {
+    /// Appends three numbers of each row.
+    fn triples(rows: &[u8], stride: usize, triple: Triple, to: &mut Vec<Vec3>) {
+        let Triple { offsets, is_double } = triple;
+        let rows = rows.par_chunks_exact(stride).with_min_len(1 << 12);
+        // No number can be missing: the stride holds them all.
+        let float = |row: &[u8], at: usize| f32::from_bits(row.get(at..).and_then(Self::u32).unwrap_or_default());
+        let double = |row: &[u8], at: usize| f64::from_bits(row.get(at..).and_then(Self::u64).unwrap_or_default());
+        if is_double {
+            to.par_extend(rows.map(|row| Vec3::from_array(offsets.map(|at| double(row, at) as f32))));
+        } else {
+            to.par_extend(rows.map(|row| Vec3::from_array(offsets.map(|at| float(row, at)))));
         }
-        self.at += n_done * stride;
-        n_done
+    }
+
+    /// The corners of a row that has three, all in range.
+    #[inline]
+    fn triangle(row: &[u8], layout: TriangleRow, n_vertices: usize) -> Option<[u32; 3]> {
+        let TriangleRow { count, indices, .. } = layout;
+        let n_corners = match indices - count {
+            1 => u32::from(*row.get(count)?),
+            2 => u32::from(Self::u16(row.get(count..)?)?),
+            _ => Self::u32(row.get(count..)?)?,
+        };
+        let list: &[u8; 12] = row.get(indices..)?.first_chunk()?;
+        let [a, b, c] = [Self::u32(list)?, Self::u32(&list[4..])?, Self::u32(&list[8..])?];
+        // A negative index is beyond any count of vertices here, which fit 31 bits.
+        (n_corners == 3 && (a.max(b).max(c) as usize) < n_vertices).then_some([a, b, c])
     }
 }

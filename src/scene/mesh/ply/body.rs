@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::super::Soup;
 use super::super::faces::Faces;
 use super::super::finding::{At, Finding, Outcome, counted};
+use super::super::{Attributes, Soup};
 use super::header::{Element, Header, Kind};
 
 /// What an encoding must be able to do: give one value after the other.
@@ -33,7 +33,7 @@ pub(super) trait Values: Sized {
     fn finish(self, findings: &mut Vec<Finding>);
 
     /// Reads rows of vertices at once, as many as the encoding has a fast way for; the others go value by value.
-    fn bulk_vertices(&mut self, _element: &Element, _xyz: [usize; 3], _positions: &mut Vec<Vec3>) -> Outcome<usize> {
+    fn bulk_vertices(&mut self, _element: &Element, _columns: &Columns, _vertices: &mut Vertices) -> Outcome<usize> {
         Ok(0)
     }
 
@@ -43,10 +43,26 @@ pub(super) trait Values: Sized {
     }
 }
 
+/// Which properties of a vertex are read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Columns {
+    pub xyz: [usize; 3],
+    /// `nx ny nz`, when they are there and asked for.
+    pub normal: Option<[usize; 3]>,
+}
+
+/// What is read of vertices.
+#[derive(Debug, Default)]
+pub(super) struct Vertices {
+    pub positions: Vec<Vec3>,
+    /// One per position when [`Columns::normal`] is there, else none.
+    pub normals: Vec<Vec3>,
+}
+
 /// What to do with the next property of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Keep: a coordinate of this axis.
+    /// Keep: a coordinate of this axis; behind the three of the position come those of the normal.
     Coordinate(usize, Kind),
     /// Keep: the list of vertex indices.
     Indices { count_kind: Kind, kind: Kind },
@@ -62,24 +78,24 @@ pub(super) struct FaceRow {
     pub steps: Vec<Step>,
 }
 
-/// Reads all elements in their order.
+/// Reads all elements in their order; normals of vertices only when they are wanted.
 ///
 /// # Errors
 /// When the data ends early or holds what the header did not announce, or an index names no vertex.
-pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
+pub(super) fn read<V: Values>(header: &Header, mut values: V, wanted: Attributes) -> Outcome<Soup> {
     let Some(vertex) = header.element("vertex") else {
         let what = "the header declares no element `vertex`";
         return Err(Finding::line(header.body_start.saturating_sub(1), what).into());
     };
-    let xyz = coordinates(vertex)?;
+    let columns = Columns { xyz: coordinates(vertex)?, normal: normal(vertex).filter(|_| wanted.normals) };
     let n_vertices = vertex.count;
-    let mut positions = Vec::new();
+    let mut vertices = Vertices::default();
     let mut faces = Faces::default();
     let mut findings = Vec::new();
     for element in &header.elements {
         values.check_count(element)?;
         match (element.name.as_str(), element.index_list()) {
-            ("vertex", _) => read_vertices(element, xyz, &mut values, &mut positions)?,
+            ("vertex", _) => read_vertices(element, &columns, &mut values, &mut vertices)?,
             ("face", Some(list)) => read_faces(element, list, &mut values, n_vertices, &mut faces)?,
             ("tristrips", Some(list)) => read_strips(element, list, &mut values, n_vertices, &mut faces)?,
             (name, _) => {
@@ -93,7 +109,13 @@ pub(super) fn read<V: Values>(header: &Header, mut values: V) -> Outcome<Soup> {
         }
     }
     values.finish(&mut findings);
-    Ok(Soup { positions, faces, findings })
+    let Vertices { positions, normals } = vertices;
+    Ok(Soup { positions, normals: columns.normal.map(|_| normals), faces, findings })
+}
+
+fn normal(vertex: &Element) -> Option<[usize; 3]> {
+    let scalar = |name| vertex.property(name).filter(|&row| vertex.properties[row].count_kind.is_none());
+    Some([scalar("nx")?, scalar("ny")?, scalar("nz")?])
 }
 
 fn coordinates(vertex: &Element) -> Outcome<[usize; 3]> {
@@ -134,30 +156,37 @@ fn in_row<T>(element: &Element, row: usize, outcome: Outcome<T>) -> Outcome<T> {
 
 fn read_vertices<V: Values>(
     element: &Element,
-    xyz: [usize; 3],
+    columns: &Columns,
     values: &mut V,
-    positions: &mut Vec<Vec3>,
+    vertices: &mut Vertices,
 ) -> Outcome<()> {
-    positions.reserve_exact(element.count.min(values.n_bytes_left() / V::least_row_bytes(element)));
+    let Columns { xyz, normal } = *columns;
+    let n_expected = element.count.min(values.n_bytes_left() / V::least_row_bytes(element));
+    vertices.positions.reserve_exact(n_expected);
+    vertices.normals.reserve_exact(if normal.is_some() { n_expected } else { 0 });
     let steps = steps(element, |row| {
-        let axis = xyz.iter().position(|&place| place == row)?;
+        let kept = xyz.into_iter().chain(normal.into_iter().flatten());
+        let axis = kept.enumerate().find_map(|(axis, place)| (place == row).then_some(axis))?;
         Some(Step::Coordinate(axis, element.properties[row].kind))
     });
-    let n_done = values.bulk_vertices(element, xyz, positions)?;
+    let n_done = values.bulk_vertices(element, columns, vertices)?;
     for row in n_done..element.count {
-        let position = in_row(element, row, read_vertex(&steps, values))?;
-        positions.push(position);
+        let [position, direction] = in_row(element, row, read_vertex(&steps, values))?;
+        vertices.positions.push(position);
+        if normal.is_some() {
+            vertices.normals.push(direction);
+        }
     }
     Ok(())
 }
 
 #[inline]
-fn read_vertex<V: Values>(steps: &[Step], values: &mut V) -> Outcome<Vec3> {
-    let mut position = [0.0; 3];
+fn read_vertex<V: Values>(steps: &[Step], values: &mut V) -> Outcome<[Vec3; 2]> {
+    let mut coordinates = [0.0; 6];
     values.begin_row();
     for &step in steps {
         match step {
-            Step::Coordinate(axis, kind) => position[axis] = values.number(kind)? as f32,
+            Step::Coordinate(axis, kind) => coordinates[axis] = values.number(kind)? as f32,
             Step::Skip(kind, n_values) => values.skip(kind, n_values)?,
             Step::SkipList { count_kind, kind } | Step::Indices { count_kind, kind } => {
                 let n_items = values.list_length(count_kind, kind)?;
@@ -166,7 +195,8 @@ fn read_vertex<V: Values>(steps: &[Step], values: &mut V) -> Outcome<Vec3> {
         }
     }
     values.end_row()?;
-    Ok(Vec3::from_array(position))
+    let [x, y, z, nx, ny, nz] = coordinates;
+    Ok([Vec3::new(x, y, z), Vec3::new(nx, ny, nz)])
 }
 
 fn face_row(element: &Element, list: usize) -> FaceRow {
