@@ -41,7 +41,7 @@ pub struct World {
     pub meshes: Meshes,
     /// Materials.
     pub materials: Materials,
-    /// Point lights.
+    /// Point lights and directional lights.
     pub lights: Lights,
     /// Scene-linear radiance of a ray that hits nothing.
     pub background: DVec3,
