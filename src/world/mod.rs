@@ -47,7 +47,7 @@ pub struct World {
     pub instances: Instances,
     /// Materials.
     pub materials: Materials,
-    /// Point lights.
+    /// Point lights and directional lights.
     pub lights: Lights,
     /// Scene-linear radiance of a ray that hits nothing.
     pub background: DVec3,
