@@ -3,10 +3,12 @@ use glam::Vec3;
 use super::super::finding::At;
 use super::*;
 
+const WITH_NORMALS: Attributes = Attributes { normals: true, materials: false };
+
 const VERTICES: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
 fn read(text: &str) -> (Vec<Vec3>, Option<Vec<Vec3>>, Vec<[u32; 3]>, Vec<String>) {
-    let soup = parse(text.as_bytes(), Attributes::default()).unwrap_or_else(|finding| panic!("{finding:?} in {text}"));
+    let soup = parse(text.as_bytes(), WITH_NORMALS).unwrap_or_else(|finding| panic!("{finding:?} in {text}"));
     let mut findings = soup.findings;
     let triangles = soup.faces.cut(&soup.positions, &mut findings).unwrap();
     (soup.positions, soup.normals, triangles, findings.into_iter().map(|finding| finding.what).collect())
@@ -83,7 +85,7 @@ fn what_is_not_read_or_not_right_is_refused_with_its_line() {
         ("OFF\n1 0 0\n0 zero 0\n".to_owned(), 3, "this is not a number"),
     ];
     for (text, line, what) in cases {
-        let finding = parse(text.as_bytes(), Attributes::default()).unwrap_err();
+        let finding = parse(text.as_bytes(), WITH_NORMALS).unwrap_err();
         let At::Line(at) = finding.at else { panic!("{finding:?}") };
         assert_eq!((text[..at].matches('\n').count() + 1, finding.what.as_str()), (line, what), "{text}");
     }

@@ -3,17 +3,19 @@ use glam::Vec3;
 use super::super::finding::{At, Finding};
 use super::*;
 
+const WITH_NORMALS: Attributes = Attributes { normals: true, materials: false };
+
 type Mesh = (Vec<Vec3>, Vec<[u32; 3]>, Vec<String>);
 
 fn read(bytes: &[u8]) -> Mesh {
-    let soup = parse(bytes, Attributes::default()).unwrap_or_else(|finding| panic!("{finding:?}"));
+    let soup = parse(bytes, WITH_NORMALS).unwrap_or_else(|finding| panic!("{finding:?}"));
     let mut findings = soup.findings;
     let triangles = soup.faces.cut(&soup.positions, &mut findings).unwrap();
     (soup.positions, triangles, findings.into_iter().map(|finding| finding.what).collect())
 }
 
 fn refused(bytes: &[u8]) -> Finding {
-    *parse(bytes, Attributes::default()).expect_err("the file should be refused")
+    *parse(bytes, WITH_NORMALS).expect_err("the file should be refused")
 }
 
 /// The line, what, and found of a refused ascii file.
@@ -255,7 +257,7 @@ fn a_truncated_file_is_refused_with_the_place_of_its_end() {
     assert_eq!((in_faces.at, in_faces.key.unwrap()), (At::Byte(whole - 13), "face[1]".into()));
     assert_eq!(in_faces.what, "a list is longer than the rest of the file");
     for end in 0..whole {
-        assert!(parse(&file.bytes[..end], Attributes::default()).is_err(), "{end}");
+        assert!(parse(&file.bytes[..end], WITH_NORMALS).is_err(), "{end}");
     }
 }
 
@@ -269,7 +271,7 @@ fn counts_that_lie_are_refused_before_anything_is_allocated_for_them() {
             "{count}"
         );
         let faces = HEADER.replace("face 2", &format!("face {count}"));
-        assert!(parse((faces + VERTICES + FACES).as_bytes(), Attributes::default()).is_err());
+        assert!(parse((faces + VERTICES + FACES).as_bytes(), WITH_NORMALS).is_err());
     }
     // Rows without properties take no bytes; their number costs nothing.
     let text = HEADER.replace("element face", "element nothing 18446744073709551615\nelement face");
