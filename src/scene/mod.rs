@@ -8,9 +8,11 @@ pub mod mesh;
 pub mod normals;
 
 mod geometry;
+mod named_quadric;
 mod nearest;
 mod report;
 mod toml;
+pub mod transform;
 mod validate;
 
 use std::fs::File;
