@@ -65,6 +65,16 @@ impl Dyadic {
         Dyadic { mantissa: &self.mantissa * &other.mantissa, exponent: self.exponent + other.exponent }
     }
 
+    /// The product with 2^exponent.
+    pub fn times_power_of_two(self, exponent: i64) -> Dyadic {
+        Dyadic { exponent: self.exponent + exponent, ..self }
+    }
+
+    /// The e with 2^e ≤ |x| < 2^(e + 1); of zero it means nothing.
+    pub fn magnitude_exponent(&self) -> i64 {
+        self.exponent + self.mantissa.bits() as i64 - 1
+    }
+
     /// The dot product of two vectors.
     pub fn dot(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> Dyadic {
         a[0].mul(&b[0]).add(&a[1].mul(&b[1])).add(&a[2].mul(&b[2]))

@@ -4,6 +4,7 @@
 //! numbers. A tier that cannot be certain hands on to the next; the last is always certain. `docs/NUMERICS.md`
 //! derives every bound.
 
+pub mod affine;
 pub mod clip;
 pub mod double;
 pub mod dyadic;

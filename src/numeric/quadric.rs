@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3};
 
 use super::U;
+use super::affine::ExactForm;
 use super::clip::Clip;
 use super::double::{Double, Double3, is_tame, is_tame3, two_product};
 use super::dyadic::Dyadic;
@@ -32,20 +33,25 @@ impl Quadric {
     /// The surface XᵀAX = 0 of a finite symmetric matrix, moved to a frame around its centre. The move is made in
     /// exact arithmetic and rounded once per term.
     pub fn from_matrix(a: DMat4) -> Quadric {
-        let diagonal = DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z);
-        let off_diagonal = DVec3::new(a.z_axis.y, a.z_axis.x, a.y_axis.x);
-        let linear = a.w_axis.truncate();
+        let columns = [a.x_axis, a.y_axis, a.z_axis, a.w_axis];
+        Quadric::from_form(&columns.map(|column| column.to_array().map(Dyadic::new)))
+    }
+
+    /// [`Quadric::from_matrix`] of a form whose entries need not be f64, but are within its range.
+    pub fn from_form(a: &ExactForm) -> Quadric {
+        let rounded = |i: usize, j: usize| a[i][j].to_f64();
+        let diagonal = DVec3::new(rounded(0, 0), rounded(1, 1), rounded(2, 2));
+        let off_diagonal = DVec3::new(rounded(2, 1), rounded(2, 0), rounded(1, 0));
+        let linear = DVec3::new(rounded(3, 0), rounded(3, 1), rounded(3, 2));
         let center = frame_center(diagonal, off_diagonal, linear);
 
         // Q c + g and s + 2 g·c + cᵀQc = s + c·(g + (Qc + g)).
-        let (c, g) = (Dyadic::vector(center), Dyadic::vector(linear));
-        let row = |i: usize| {
-            let entries = [0, 1, 2].map(|j| Dyadic::new(entry(diagonal, off_diagonal, i, j)));
-            Dyadic::dot(&entries, &c).add(&g[i])
-        };
+        let c = Dyadic::vector(center);
+        let g = &a[3];
+        let row = |i: usize| [0, 1, 2].map(|j| a[i][j].mul(&c[j])).iter().fold(g[i].clone(), |sum, x| sum.add(x));
         let moved = [row(0), row(1), row(2)];
         let both = [0, 1, 2].map(|i| g[i].add(&moved[i]));
-        let constant = Dyadic::new(a.w_axis.w).add(&Dyadic::dot(&c, &both)).to_f64();
+        let constant = a[3][3].add(&Dyadic::dot(&c, &both)).to_f64();
         let linear = DVec3::from_array(moved.map(|term| term.to_f64()));
         Quadric::around(center, diagonal, off_diagonal, linear, constant)
     }

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::transform::Transform;
 use super::{NormalsKey, SamplerKey};
 
 /// A value and the bytes of the text that state it.
@@ -147,6 +148,8 @@ pub struct HittableDesc {
     pub material: MaterialRef,
     /// What it is; `None` when that could not be read, so that the material is checked all the same.
     pub shape: Option<ShapeDesc>,
+    /// Where it stands.
+    pub transform: Transform,
     /// Row in the file's list of hittables, from 0.
     pub index: usize,
     /// The dotted key of the table, for messages.
@@ -162,6 +165,8 @@ pub enum ShapeDesc {
     Sphere(SphereDesc),
     /// `type = "quadric"`.
     Quadric(QuadricDesc),
+    /// `ellipsoid`, `plane`, `cylinder`, `cone`, `paraboloid`, `hyperboloid`.
+    Named(NamedQuadricDesc),
     /// `type = "triangle"`.
     Triangle(TriangleDesc),
     /// `type = "mesh"`.
@@ -182,6 +187,35 @@ pub struct SphereDesc {
 pub struct QuadricDesc {
     /// `A`.
     pub a: Spanned<Rows4>,
+    /// `clip_min`, `clip_max`.
+    pub clip: Option<BoxDesc>,
+}
+
+/// A closed box in the axes of an object; ends may be infinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxDesc {
+    /// Smallest corner.
+    pub lo: DVec3,
+    /// Largest corner.
+    pub hi: DVec3,
+}
+
+/// A quadric that has a name. Axes run from `base` to `top`, two points that differ; radii are at right angles to them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub enum NamedQuadricDesc {
+    /// `radii` along x, y and z.
+    Ellipsoid { position: DVec3, radii: DVec3, clip: Option<BoxDesc> },
+    /// Through `position`; `normal` is of any length but zero.
+    Plane { position: DVec3, normal: DVec3, clip: Option<BoxDesc> },
+    /// Between its ends, which are open.
+    Cylinder { base: DVec3, top: DVec3, radius: f64 },
+    /// Between its ends, which are open; `radius` at the base.
+    Cone { base: DVec3, top: DVec3, radius: f64, top_radius: f64 },
+    /// From its vertex `base` to its rim of `radius` around `top`.
+    Paraboloid { base: DVec3, top: DVec3, radius: f64 },
+    /// Of one sheet: `radius` at both ends, `waist` in the middle.
+    Hyperboloid { base: DVec3, top: DVec3, radius: f64, waist: f64 },
 }
 
 /// A triangle.

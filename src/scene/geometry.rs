@@ -2,11 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
 use super::compile::Base;
 use super::desc::{HittableDesc, MeshDesc, MeshSource, QuadricDesc, ShapeDesc, Spanned, SphereDesc, TriangleDesc};
 use super::mesh::{Attributes, MaterialRange, MeshFile};
+use super::named_quadric::Local;
 use super::report::Report;
-use super::{NormalsKey, mesh, smoothing, validate};
+use super::transform::Transform;
+use super::{NormalsKey, mesh, named_quadric, smoothing, validate};
 use crate::error::{Error, Place, Problem};
 use crate::world::{Dropped, MaterialId, MeshInput, MeshPart, ObjectId, Spheres, World};
 
@@ -15,6 +20,7 @@ pub fn kind_name(shape: &ShapeDesc) -> &'static str {
     match shape {
         ShapeDesc::Sphere(_) => "sphere",
         ShapeDesc::Quadric(_) => "quadric",
+        ShapeDesc::Named(desc) => named_quadric::kind_name(desc),
         ShapeDesc::Triangle(_) => "triangle",
         ShapeDesc::Mesh(_) => "mesh",
     }
@@ -33,6 +39,10 @@ pub fn add_shape(
     match shape {
         ShapeDesc::Sphere(sphere) => add_sphere(sphere, hittable, material, object, world, report),
         ShapeDesc::Quadric(quadric) => add_quadric(quadric, hittable, material, object, world, report),
+        ShapeDesc::Named(desc) => {
+            let local = named_quadric::local(desc);
+            add_surface(&local, hittable, material, object, world, report);
+        }
         ShapeDesc::Triangle(triangle) => add_triangle(triangle, hittable, material, object, world, report),
         ShapeDesc::Mesh(mesh) => return add_mesh(mesh, hittable, material, object, base, world, report),
     }
@@ -48,14 +58,52 @@ fn add_sphere(
     report: &Report,
 ) {
     let SphereDesc { position, radius } = sphere;
-    if Spheres::box_of(*position, radius.value).is_none() {
+    let Some(factor) = hittable.transform.similarity else {
+        let ball = named_quadric::ball(*position, DVec3::splat(radius.value), None);
+        return add_surface(&ball, hittable, material, object, world, report);
+    };
+    let (center, scaled) = match hittable.transform.is_identity() {
+        true => (*position, radius.value),
+        false => (hittable.transform.point(*position), radius.value * factor),
+    };
+    // Scales can shrink a radius to nothing.
+    if Spheres::box_of(center, scaled).is_none() || scaled == 0.0 {
         let problem = Problem::new(Place::default(), "the sphere reaches beyond the range of 32-bit floats")
             .found(report.excerpt(&radius.span))
             .expected("position ± radius within ±3.4e38");
         report.mistake(&radius.span, &format!("{}.radius", hittable.key), problem);
         return;
     }
-    world.spheres.add(*position, radius.value, material, object);
+    world.spheres.add(center, scaled, material, object);
+}
+
+/// Adds a quadric, clipped or not, in coordinates of its own.
+fn add_surface(
+    local: &Local,
+    hittable: &HittableDesc,
+    material: MaterialId,
+    object: ObjectId,
+    world: &mut World,
+    report: &Report,
+) {
+    let in_world = || {
+        let world_from_local = hittable.transform.of(&local.object_from_local?)?;
+        let clip = match &local.clip {
+            Some(clip) => Some(hittable.transform.clip(clip)?),
+            None => None,
+        };
+        // Rounding to nothing is beyond the range of f64 too.
+        let surface = world_from_local.quadric(local.a)?;
+        let vectors = [surface.diagonal, surface.off_diagonal, surface.linear];
+        (vectors != [DVec3::ZERO; 3]).then_some((surface, clip))
+    };
+    match in_world() {
+        Some((surface, clip)) => world.quadrics.add_surface(surface, clip, material, object),
+        None => {
+            let problem = Problem::new(Place::default(), "the surface is beyond the range of 64-bit floats here");
+            report.mistake(&hittable.span, &hittable.key, problem.help("scale the scene"));
+        }
+    }
 }
 
 fn add_quadric(
@@ -80,7 +128,9 @@ fn add_quadric(
         let problem = Problem::new(Place::default(), "no real point lies on this quadric: nothing will be seen of it");
         report.warning(span, &key, problem.help("is the sign of A[3][3] right?"));
     }
-    world.quadrics.add(a, material, object);
+    let clip = quadric.clip.map(named_quadric::object_box);
+    let local = Local { a, clip, object_from_local: Some(Transform::IDENTITY) };
+    add_surface(&local, hittable, material, object, world, report);
 }
 
 fn add_triangle(
@@ -91,20 +141,21 @@ fn add_triangle(
     world: &mut World,
     report: &Report,
 ) {
+    let transform = &hittable.transform;
     let TriangleDesc { corners, normals } = triangle;
+    let normals = normals.map(|normals| normals.map(|normal| transform.normal(normal)));
     // The original interpolates the normals as they are given: only a common factor may be taken out.
     let normals = normals.map(|normals| {
         let longest = normals.iter().map(|normal| normal.length()).fold(0.0, f64::max);
         normals.map(|normal| (normal / longest).as_vec3()).to_vec()
     });
-    let input = MeshInput {
-        positions: corners.map(|corner| corner.as_vec3()).to_vec(),
-        triangles: vec![[0, 1, 2]],
-        normals,
-        material,
-        parts: Vec::new(),
-        object,
-    };
+    let positions = corners.map(|corner| transform.point(corner).as_vec3()).to_vec();
+    if !positions.iter().all(|position| position.is_finite()) {
+        let problem = Problem::new(Place::default(), "the triangle reaches beyond the range of 32-bit floats");
+        return report.mistake(&hittable.span, &hittable.key, problem);
+    }
+    let triangles = vec![wound([0, 1, 2], transform)];
+    let input = MeshInput { positions, triangles, normals, material, parts: Vec::new(), object };
     match world.add_mesh(input) {
         Ok((_, dropped)) if dropped == Dropped::default() => {}
         Ok(_) => {
@@ -112,6 +163,24 @@ fn add_triangle(
             report.warning(&hittable.span, &hittable.key, problem);
         }
         Err(error) => report.mistakes_elsewhere(&hittable.span, placed(error, report.file(), hittable)),
+    }
+}
+
+/// The corners of a face in the order that leaves its outside outside.
+fn wound([a, b, c]: [u32; 3], transform: &Transform) -> [u32; 3] {
+    if transform.mirrors { [a, c, b] } else { [a, b, c] }
+}
+
+/// Puts a mesh where it stands: corners in f64, rounded once.
+fn put(transform: &Transform, positions: &mut [Vec3], triangles: &mut [[u32; 3]], normals: Option<&mut Vec<Vec3>>) {
+    positions.par_iter_mut().for_each(|position| *position = transform.point(position.as_dvec3()).as_vec3());
+    if transform.mirrors {
+        triangles.par_iter_mut().for_each(|triangle| *triangle = wound(*triangle, transform));
+    }
+    if let Some(normals) = normals {
+        normals.par_iter_mut().for_each(|normal| {
+            *normal = transform.normal(normal.as_dvec3()).normalize_or(normal.as_dvec3()).as_vec3();
+        });
     }
 }
 
@@ -155,6 +224,9 @@ fn add_mesh(
     report.warnings_elsewhere(span, placed(Error { problems: warnings }, &path, hittable));
     if is_refused {
         return Vec::new();
+    }
+    if !hittable.transform.is_identity() {
+        put(&hittable.transform, &mut mesh.positions, &mut mesh.triangles, mesh.normals.as_mut());
     }
     match add_mesh_file(mesh, material, object, world) {
         Ok((names, dropped)) => {

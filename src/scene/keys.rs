@@ -13,7 +13,7 @@ use super::desc::{
 use super::report::Report;
 use super::toml::{Table, walk};
 use super::validate::{COORDINATE, CREASE_ANGLE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX};
-use super::{NormalsKey, SamplerKey};
+use super::{NormalsKey, SamplerKey, named_quadric, transform};
 
 const THREE_NUMBERS: &str = "3 numbers";
 const MATERIAL_KEYS: [&str; 9] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh", "k_t", "ior"];
@@ -136,19 +136,30 @@ fn read_material_ref(table: &mut Table<'_>) -> MaterialRef {
 type ReadShape = fn(&mut Table<'_>) -> Option<ShapeDesc>;
 
 fn read_hittable((index, mut table): (usize, Table<'_>)) -> HittableDesc {
-    let kinds: [(&str, ReadShape); 4] =
-        [("sphere", read_sphere), ("quadric", read_quadric), ("triangle", read_triangle), ("mesh", read_mesh)];
-    table.require("type", "\"sphere\", \"quadric\", \"triangle\" or \"mesh\"");
+    let kinds: [(&str, ReadShape); 10] = [
+        ("sphere", read_sphere),
+        ("quadric", read_quadric),
+        ("triangle", read_triangle),
+        ("mesh", read_mesh),
+        ("ellipsoid", named_quadric::read_ellipsoid),
+        ("plane", named_quadric::read_plane),
+        ("cylinder", named_quadric::read_cylinder),
+        ("cone", named_quadric::read_cone),
+        ("paraboloid", named_quadric::read_paraboloid),
+        ("hyperboloid", named_quadric::read_hyperboloid),
+    ];
+    table.require("type", &super::toml::one_of(kinds.iter().map(|&(word, _)| word)));
     let kind = table.word("type", &kinds);
     let name = table.string("name", "a name that is not empty").map(|name| name.value);
     let material = read_material_ref(&mut table);
+    let transform = transform::read(&mut table);
     let shape = kind.and_then(|read| read(&mut table));
     let (key, span) = (table.path.clone(), table.span.clone());
     // Which keys an object may have depends on its type: without one, none can be called unknown.
     if kind.is_some() {
         table.finish();
     }
-    HittableDesc { name, material, shape, index, key, span }
+    HittableDesc { name, material, shape, transform, index, key, span }
 }
 
 fn read_sphere(table: &mut Table<'_>) -> Option<ShapeDesc> {
@@ -161,7 +172,8 @@ fn read_sphere(table: &mut Table<'_>) -> Option<ShapeDesc> {
 
 fn read_quadric(table: &mut Table<'_>) -> Option<ShapeDesc> {
     table.require("A", "4 rows of 4 numbers");
-    Some(ShapeDesc::Quadric(QuadricDesc { a: table.rows4("A", &ENTRY)? }))
+    let (a, clip) = (table.rows4("A", &ENTRY), named_quadric::read_box(table));
+    Some(ShapeDesc::Quadric(QuadricDesc { a: a?, clip }))
 }
 
 fn read_triangle(table: &mut Table<'_>) -> Option<ShapeDesc> {

@@ -12,10 +12,12 @@ pub mod source;
 
 mod crease;
 mod geometry;
+mod named_quadric;
 mod nearest;
 mod report;
 mod smoothing;
 mod toml;
+pub mod transform;
 mod validate;
 
 use std::fs::File;

@@ -81,12 +81,34 @@ impl<'t> Table<'t> {
         Some(Spanned { value: DVec3::from_array(numbers), span: value.span() })
     }
 
+    /// A number, which stands for three of it, or three numbers, that each keep a rule.
+    pub fn number_or_vec3(&mut self, key: &'static str, rule: &NumberRule) -> Option<Spanned<DVec3>> {
+        if matches!(self.ask(key)?.get_ref(), DeValue::Array(_)) {
+            return self.vec3(key, rule);
+        }
+        self.number(key, rule).map(|Spanned { value, span }| Spanned { value: DVec3::splat(value), span })
+    }
+
     /// Four rows of four numbers that each keep a rule.
     pub fn rows4(&mut self, key: &'static str, rule: &NumberRule) -> Option<Spanned<Rows4>> {
         let value = self.ask(key)?;
         let path = self.path_of(key);
-        let rows = elements_of::<4>(value, &|| path.clone(), "4 rows of 4 numbers", self.report)?;
-        let mut matrix = [[0.0; 4]; 4];
+        elements_of::<4>(value, &|| path.clone(), "4 rows of 4 numbers", self.report)?;
+        self.affine_rows(key, rule)
+    }
+
+    /// Three or four rows of four numbers that each keep a rule; the fourth is 0, 0, 0, 1 unless given.
+    pub fn affine_rows(&mut self, key: &'static str, rule: &NumberRule) -> Option<Spanned<Rows4>> {
+        let value = self.ask(key)?;
+        let path = self.path_of(key);
+        let expected = "4 rows of 4 numbers, or the first 3 of them";
+        let DeValue::Array(rows) = value.get_ref() else { return self.wrong_type(key, expected) };
+        if !(3..=4).contains(&rows.len()) {
+            let problem = Problem::new(Place::default(), "wrong length").found(rows.len()).expected(expected);
+            self.mistake(key, problem);
+            return None;
+        }
+        let mut matrix = [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 0.0, 0.0, 1.0]];
         let mut complete = true;
         for (row, (numbers, value)) in matrix.iter_mut().zip(rows.iter()).enumerate() {
             match numbers_of::<4>(value, &|| format!("{path}[{row}]"), rule, self.report) {
@@ -161,8 +183,7 @@ impl<'t> Table<'t> {
 
     /// One of a few words.
     pub fn word<T: Copy>(&mut self, key: &'static str, words: &[(&str, T)]) -> Option<T> {
-        let quoted: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
-        let expected = alternatives(&quoted);
+        let expected = one_of(words.iter().map(|&(word, _)| word));
         let Spanned { value, .. } = self.string(key, &expected)?;
         let meant = words.iter().find(|(word, _)| *word == value).map(|&(_, meant)| meant);
         if meant.is_none() {
@@ -248,9 +269,10 @@ impl<'t> Table<'t> {
     }
 }
 
-/// `a, b or c`.
-fn alternatives(words: &[String]) -> String {
-    match words {
+/// `"a", "b" or "c"`.
+pub fn one_of<'a>(words: impl Iterator<Item = &'a str>) -> String {
+    let quoted: Vec<String> = words.map(|word| format!("\"{word}\"")).collect();
+    match &quoted[..] {
         [] => String::new(),
         [word] => word.clone(),
         [first @ .., last] => format!("{} or {last}", first.join(", ")),

@@ -23,6 +23,9 @@ pub const COORDINATE: NumberRule =
     NumberRule { expected: "a number within ±3.4e38 (32-bit range)", holds: |x| x.abs() <= F32_MAX };
 /// An entry of a matrix.
 pub const ENTRY: NumberRule = COORDINATE;
+/// A factor that an inverse exists for.
+pub const NON_ZERO: NumberRule =
+    NumberRule { expected: "a number other than 0, within ±3.4e38", holds: |x| x != 0.0 && x.abs() <= F32_MAX };
 /// A length.
 pub const POSITIVE: NumberRule =
     NumberRule { expected: "a number above 0, at most 3.4e38", holds: |x| x > 0.0 && x <= F32_MAX };
@@ -98,7 +101,7 @@ pub fn world_from_camera(file_rows: &Rows4) -> Result<DMat4, Box<Problem>> {
 /// Each of the six products of three entries is rounded at most five times on its way into the sum, so that the
 /// computed determinant is off by at most γ₅ times the sum of their magnitudes (Higham 2002, section 3.1; γ₅ is
 /// below 6u). The matrix is scaled by its largest entry first, so that nothing overflows.
-fn is_certainly_regular(m: DMat3) -> bool {
+pub(super) fn is_certainly_regular(m: DMat3) -> bool {
     let largest = m.to_cols_array().into_iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
     if largest == 0.0 {
         return false;

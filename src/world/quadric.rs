@@ -30,20 +30,27 @@ pub struct Quadrics {
 impl Quadrics {
     /// Appends the quadric of a symmetric, finite matrix with a non-zero entry above the constant one.
     pub fn add(&mut self, a: DMat4, material: MaterialId, object: ObjectId) {
-        let surface = Quadric::from_matrix(a);
-        self.bounds.push(box_of(&surface));
-        self.surfaces.push(surface);
-        self.materials.push(material);
-        self.objects.push(object);
+        self.add_surface(Quadric::from_matrix(a), None, material, object);
     }
 
     /// Appends the part of a quadric that lies in a closed box. `a` is as for [`Quadrics::add`].
     pub fn add_clipped(&mut self, a: DMat4, clip: Clip, material: MaterialId, object: ObjectId) {
-        self.clips.resize(self.len(), None);
-        self.add(a, material, object);
-        let row = self.len() - 1;
-        self.bounds[row] = clip_box(&self.surfaces[row], &clip, self.bounds[row]);
-        self.clips.push(Some(clip));
+        self.add_surface(Quadric::from_matrix(a), Some(clip), material, object);
+    }
+
+    /// Appends a surface in a frame of its own, finite and with a coefficient above the constant one that is not 0, or the
+    /// part of it that lies in a closed box.
+    pub fn add_surface(&mut self, surface: Quadric, clip: Option<Clip>, material: MaterialId, object: ObjectId) {
+        let mut bounds = box_of(&surface);
+        if let Some(clip) = clip {
+            bounds = clip_box(&surface, &clip, bounds);
+            self.clips.resize(self.len(), None);
+            self.clips.push(Some(clip));
+        }
+        self.bounds.push(bounds);
+        self.surfaces.push(surface);
+        self.materials.push(material);
+        self.objects.push(object);
     }
 
     /// Number of quadrics.
