@@ -94,7 +94,7 @@ fn check(rays: &[PreparedRay], quadric_row: &Quadric) {
         let exact = triangle::intersect_exact(ray, CORNERS);
         assert_eq!(triangle::intersect(ray, CORNERS).map(|hit| hit.at.t), exact.map(|hit| hit.at.t));
         let of_sphere = |ray| sphere::intersect(ray, DVec3::ZERO, 1.0).map(|hit| hit.t);
-        let of_quadric = |ray| quadric::intersect(ray, quadric_row).map(|hit| hit.t);
+        let of_quadric = |ray| quadric::intersect(ray, quadric_row, None).map(|hit| hit.t);
         assert_eq!(of_sphere(ray), of_sphere(&untame(ray)));
         assert_eq!(of_quadric(ray), of_quadric(&untame(ray)));
     }
@@ -108,7 +108,7 @@ fn check(rays: &[PreparedRay], quadric_row: &Quadric) {
         differing(&|ray| triangle::intersect(ray, CORNERS).is_some(), &|ray| moller_trumbore(ray).is_some());
     let of_sphere =
         differing(&|ray| sphere::intersect(ray, DVec3::ZERO, 1.0).is_some(), &|ray| naive_sphere(ray).is_some());
-    let of_quadric = differing(&|ray| quadric::intersect(ray, quadric_row).is_some(), &|ray| {
+    let of_quadric = differing(&|ray| quadric::intersect(ray, quadric_row, None).is_some(), &|ray| {
         naive_quadric(ray, quadric_row).is_some()
     });
     assert_eq!(tally::take_exact_tests(), 0, "ordinary rays need no exact arithmetic");
@@ -140,7 +140,7 @@ macro_rules! batch {
 batch!(Triangles, |ray, _row| triangle::intersect(ray, black_box(CORNERS)).is_some());
 batch!(Occluders, |ray, _row| triangle::occludes(ray, black_box(CORNERS)));
 batch!(Spheres, |ray, _row| sphere::intersect(ray, black_box(DVec3::ZERO), 1.0).is_some());
-batch!(Quadrics, |ray, row| quadric::intersect(ray, row).is_some());
+batch!(Quadrics, |ray, row| quadric::intersect(ray, row, None).is_some());
 
 fn kernels(criterion: &mut Criterion) {
     let rays = rays();
@@ -155,7 +155,7 @@ fn kernels(criterion: &mut Criterion) {
     bench("triangle/f32", &|ray| moller_trumbore(ray).is_some());
     bench("sphere/exact", &|ray| sphere::intersect(ray, black_box(DVec3::ZERO), 1.0).is_some());
     bench("sphere/f32", &|ray| naive_sphere(ray).is_some());
-    bench("quadric/exact", &|ray| quadric::intersect(ray, black_box(&row)).is_some());
+    bench("quadric/exact", &|ray| quadric::intersect(ray, black_box(&row), None).is_some());
     bench("quadric/f32", &|ray| naive_quadric(ray, black_box(&row)).is_some());
     macro_rules! bench_batch {
         ($name:expr, $batch:ident) => {

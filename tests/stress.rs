@@ -35,7 +35,7 @@ macro_rules! suites {
 }
 
 suites! {
-    watertight scale offset grazing sphere quadric boxes duplicate degenerate reintersect mirrors terminator consistency
+    watertight scale offset grazing sphere quadric clipped boxes duplicate degenerate reintersect mirrors terminator consistency
 }
 
 #[test]

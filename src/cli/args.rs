@@ -50,7 +50,8 @@ Examples:
 
 Keys of --json: input, primitives {spheres, quadrics, unbounded_quadrics, triangles, meshes, vertices},
 bounds {lo, hi} (null without a bounded primitive), materials [{name, ambient, diffuse, specular,
-reflectance, shininess}] (colours already multiplied by k_a, k_d, k_s), lights [{position, intensity}],
+reflectance, shininess}] (colours already multiplied by k_a, k_d, k_s), lights [{position or
+direction, intensity}],
 camera {position, fov_y_degrees, width, height}, background, features {found, skipped},
 memory_bytes {one key per table, total}, bvh {preset, nodes, leaves, depth, sah_cost,
 build_seconds, memory_bytes}, load_seconds, warnings [text].";

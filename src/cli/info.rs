@@ -11,7 +11,7 @@ use super::info_text;
 use super::{diagnostic, files, memory, terminal};
 use crate::accel::{Accel, AccelKind, AccelStats, Preset};
 use crate::scene::{Compiled, Overrides};
-use crate::world::{Features, World};
+use crate::world::{Features, Lights, World};
 
 /// Everything that is told of a scene; the keys of the JSON object are stable.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -24,7 +24,7 @@ pub struct Info {
     pub bounds: Option<Box3>,
     /// Materials by id.
     pub materials: Vec<MaterialInfo>,
-    /// Lights in the order of the file.
+    /// Point lights, then directional ones, each in the order of the file.
     pub lights: Vec<LightInfo>,
     /// The camera.
     pub camera: CameraInfo,
@@ -81,7 +81,12 @@ pub struct MaterialInfo {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct LightInfo {
-    pub position: [f64; 3],
+    /// Of a point light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Of a directional light: the way it travels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 3]>,
     pub intensity: [f64; 3],
 }
 
@@ -152,10 +157,25 @@ fn bvh_info(stats: AccelStats, preset: Preset, build_seconds: f64) -> (BvhInfo, 
     (BvhInfo { preset, nodes: n_nodes, leaves: n_leaves, depth, sah_cost, build_seconds, memory_bytes }, n_unbounded)
 }
 
+/// Point lights, then directional ones.
+fn lights(lights: &Lights) -> Vec<LightInfo> {
+    let at = |(position, intensity): (&DVec3, &DVec3)| LightInfo {
+        position: Some(position.to_array()),
+        direction: None,
+        intensity: intensity.to_array(),
+    };
+    let along = |(direction, intensity): (&DVec3, &DVec3)| LightInfo {
+        position: None,
+        direction: Some(direction.to_array()),
+        intensity: intensity.to_array(),
+    };
+    let points = lights.positions.iter().zip(&lights.intensities).map(at);
+    points.chain(lights.directions.iter().zip(&lights.directional_intensities).map(along)).collect()
+}
+
 fn gather(input: String, scene: &Compiled, load_seconds: f64, (bvh, n_unbounded): (BvhInfo, usize)) -> Info {
     let world = &scene.world;
     let camera = &scene.camera;
-    let lights = world.lights.positions.iter().zip(&world.lights.intensities);
     let mut tables: serde_json::Map<String, serde_json::Value> =
         world.memory_bytes().iter().map(|&(table, bytes)| (table.to_owned(), bytes.into())).collect();
     tables.insert("total".to_owned(), memory::table_bytes(world).into());
@@ -171,9 +191,7 @@ fn gather(input: String, scene: &Compiled, load_seconds: f64, (bvh, n_unbounded)
         },
         bounds: world.bounds().map(|bounds| Box3 { lo: bounds.lo.to_array(), hi: bounds.hi.to_array() }),
         materials: materials(scene),
-        lights: lights
-            .map(|(position, intensity)| LightInfo { position: position.to_array(), intensity: intensity.to_array() })
-            .collect(),
+        lights: lights(&world.lights),
         camera: CameraInfo {
             position: camera.world_from_camera.transform_point3(DVec3::ZERO).to_array(),
             fov_y_degrees: camera.fov_y_radians.to_degrees(),

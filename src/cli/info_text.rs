@@ -16,7 +16,13 @@ pub fn describe(info: &Info) -> String {
     page.heading("materials");
     page.list(&info.materials, material);
     page.heading("lights");
-    page.list(&info.lights, |light| format!("at {}, intensity {}", row(&light.position), row(&light.intensity)));
+    page.list(&info.lights, |light| {
+        let place = match (&light.position, &light.direction) {
+            (Some(position), _) => format!("at {}", row(position)),
+            (None, direction) => format!("along {}", direction.map(|direction| row(&direction)).unwrap_or_default()),
+        };
+        format!("{place}, intensity {}", row(&light.intensity))
+    });
     page.heading("camera");
     let camera = &info.camera;
     page.fact("position", row(&camera.position));

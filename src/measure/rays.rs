@@ -136,7 +136,15 @@ impl<'a> RaySource<'a> {
                 Ray::new(origin, light - origin).until(t_max)
             })
         };
-        self.world.lights.positions.iter().flat_map(|&light| to_light(light)).collect()
+        let along = |direction: DVec3| {
+            self.points
+                .iter()
+                .filter(move |point| direction.dot(point.ng) < 0.0)
+                .map(move |point| Ray::new(start(point, -direction, precision), -direction))
+        };
+        let lights = &self.world.lights;
+        let to_points = lights.positions.iter().flat_map(|&light| to_light(light));
+        to_points.chain(lights.directions.iter().flat_map(|&direction| along(direction))).collect()
     }
 
     /// One ray from each point to the viewer's side of the surface; a direction that leads inside gives none.

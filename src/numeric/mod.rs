@@ -4,9 +4,11 @@
 //! numbers. A tier that cannot be certain hands on to the next; the last is always certain. `docs/NUMERICS.md`
 //! derives every bound.
 
+pub mod clip;
 pub mod double;
 pub mod dyadic;
 pub mod edge;
+pub mod interval;
 pub mod lane;
 pub mod packet;
 pub mod plane;

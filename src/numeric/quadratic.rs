@@ -12,18 +12,34 @@ pub type ExactCoefficients = [Dyadic; 3];
 
 /// The smallest root in the open interval from `t_min >= 0` to `t_max`, within 1 ulp; `None` when there is none. A
 /// double root counts. A quadratic that is zero everywhere has no root: a ray inside a surface misses it.
-///
-/// `exact` is asked only for what cannot be certified, root by root, so that a root has the same value whatever the
-/// interval.
 #[inline(always)]
 pub fn first_root(
-    [a, b, c]: [Bounded; 3],
+    coefficients: [Bounded; 3],
     t_min: f64,
     t_max: f64,
     exact: impl FnOnce() -> ExactCoefficients,
 ) -> Option<Parameter> {
+    first(roots_inside(coefficients, t_min, t_max, exact))
+}
+
+/// The roots q/a and c/q against the open interval, neither of them uncertain.
+///
+/// `exact` is asked only for what cannot be certified, root by root, so that a root has the same value whatever the
+/// interval.
+#[inline(always)]
+pub fn roots_inside(
+    [a, b, c]: [Bounded; 3],
+    t_min: f64,
+    t_max: f64,
+    exact: impl FnOnce() -> ExactCoefficients,
+) -> [Ratio; 2] {
     let roots = certified_roots(a, b, c, t_min, t_max);
-    let roots = if roots.contains(&Ratio::Uncertain) { mend(roots, &exact(), t_min, t_max) } else { roots };
+    if roots.contains(&Ratio::Uncertain) { mend(roots, &exact(), t_min, t_max) } else { roots }
+}
+
+/// The smaller of the roots that lie inside.
+#[inline(always)]
+pub fn first(roots: [Ratio; 2]) -> Option<Parameter> {
     match roots {
         [Ratio::Inside(first), Ratio::Inside(second)] => Some(if second.t < first.t { second } else { first }),
         [Ratio::Inside(only), _] | [_, Ratio::Inside(only)] => Some(only),
@@ -90,6 +106,28 @@ fn exact_roots(a: &Dyadic, b: &Dyadic, c: &Dyadic) -> [Option<Parameter>; 2] {
     [q.guarded_quotient(a).map(|t| t.to_parameter()), c.guarded_quotient(&q).map(|t| t.to_parameter())]
 }
 
+/// The sign of α + β·t at a root that exists: q/a for the root 0, c/q for the root 1.
+///
+/// With s the sign of b and D = b² − ac, the roots are (−b ∓ s√D)/a. For a ≠ 0 the value times a is x + y√D with x = αa − βb
+/// and y = ∓sβ, and the sign of such a sum is that of the larger square. For a = 0 the only root is −c/2b.
+#[cold]
+pub fn sign_at_root([a, b, c]: &ExactCoefficients, root: usize, alpha: &Dyadic, beta: &Dyadic) -> i32 {
+    if a.sign() == 0 {
+        let twice_b = b.add(b);
+        return b.sign() * twice_b.mul(alpha).sub(&beta.mul(c)).sign();
+    }
+    let discriminant = b.mul(b).sub(&a.mul(c));
+    let x = alpha.mul(a).sub(&beta.mul(b));
+    let y = if (b.sign() < 0) == (root == 0) { beta.clone() } else { beta.neg() };
+    let (x_sign, y_sign) = (x.sign(), y.sign() * discriminant.sign());
+    let sign = match x_sign * y_sign {
+        -1 => x_sign * x.mul(&x).sub(&y.mul(&y).mul(&discriminant)).sign(),
+        _ if x_sign != 0 => x_sign,
+        _ => y_sign,
+    };
+    a.sign() * sign
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,5 +175,29 @@ mod tests {
         // c = 0: the origin is on the surface.
         assert_eq!(both_tiers(1.0, -2.0, 0.0, 0.0, f64::INFINITY), Some(4.0));
         assert_eq!(both_tiers(1.0, 2.0, 0.0, 0.0, f64::INFINITY), None);
+    }
+
+    #[test]
+    fn a_linear_value_has_its_exact_sign_at_each_root() {
+        let sign = |coefficients: [f64; 3], root, alpha: f64, beta: f64| {
+            sign_at_root(&coefficients.map(Dyadic::new), root, &Dyadic::new(alpha), &Dyadic::new(beta))
+        };
+        // (t − 1)(t − 3), also negated: q/a is 3 and c/q is 1.
+        for coefficients in [[1.0, -2.0, 3.0], [-1.0, 2.0, -3.0]] {
+            for (bound, expected) in [(0.5, [1, 1]), (1.0, [1, 0]), (2.0, [1, -1]), (3.0, [0, -1]), (4.0, [-1, -1])] {
+                assert_eq!([0, 1].map(|root| sign(coefficients, root, -bound, 1.0)), expected, "{bound}");
+                assert_eq!([0, 1].map(|root| sign(coefficients, root, bound, -1.0)), expected.map(|s: i32| -s));
+            }
+        }
+        // √2 against its neighbours.
+        let root = std::f64::consts::SQRT_2;
+        for (bound, expected) in [(root.next_down(), 1), (root, -1)] {
+            assert_eq!(sign([1.0, 0.0, -2.0], 1, -bound, 1.0), expected);
+            assert_eq!(sign([1.0, 0.0, -2.0], 0, bound, 1.0), -expected);
+        }
+        // −c/2b = 2.
+        assert_eq!(sign([0.0, -1.0, 4.0], 1, -2.0, 1.0), 0);
+        assert_eq!(sign([0.0, 1.0, -4.0], 1, 2.0f64.next_up(), -1.0), 1);
+        assert_eq!(sign([0.0, 1.0, -4.0], 1, -7.0, 0.0), -1);
     }
 }

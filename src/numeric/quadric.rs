@@ -3,10 +3,11 @@
 use glam::{DMat4, DVec3};
 
 use super::U;
+use super::clip::Clip;
 use super::double::{Double, Double3, is_tame, is_tame3, two_product};
 use super::dyadic::Dyadic;
 use super::prepared::PreparedRay;
-use super::quadratic::{ExactCoefficients, first_root};
+use super::quadratic::{ExactCoefficients, first, roots_inside};
 use super::ratio::{Bounded, Parameter};
 use super::tally::count_exact_test;
 
@@ -131,10 +132,10 @@ fn frame_center(diagonal: DVec3, off_diagonal: DVec3, linear: DVec3) -> DVec3 {
 /// well terms are conditioned, never whether a ray hits: 2⁻⁴⁰, so that the inverse keeps a dozen bits.
 const FRAME_DAMPING: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// The first parameter in the ray's open interval at which the ray meets the surface. A tangent meets it; a ray that
-/// lies in the surface does not.
+/// The first parameter in the ray's open interval at which the ray meets the surface, inside the clip if there is one. A
+/// tangent meets it; a ray that lies in the surface does not.
 #[inline(always)]
-pub fn intersect(ray: &PreparedRay, quadric: &Quadric) -> Option<Parameter> {
+pub fn intersect(ray: &PreparedRay, quadric: &Quadric, clip: Option<&Clip>) -> Option<Parameter> {
     let mut coefficients = [Bounded::UNKNOWN; 3];
     if ray.tame && quadric.tame {
         let sizes = Sizes::new(ray, quadric);
@@ -143,7 +144,11 @@ pub fn intersect(ray: &PreparedRay, quadric: &Quadric) -> Option<Parameter> {
         }
         coefficients = double_coefficients(ray, quadric, &sizes);
     }
-    first_root(coefficients, ray.t_min, ray.t_max, || exact_coefficients(ray, quadric))
+    let roots = roots_inside(coefficients, ray.t_min, ray.t_max, || exact_coefficients(ray, quadric));
+    match clip {
+        None => first(roots),
+        Some(clip) => clip.first_inside(ray, roots, || exact_coefficients(ray, quadric)),
+    }
 }
 
 /// Sums of the magnitudes of all terms of the three coefficients: what their errors are shares of.
@@ -253,7 +258,7 @@ mod tests {
     }
 
     fn t_of(ray: &PreparedRay, quadric: &Quadric) -> Option<f64> {
-        intersect(ray, quadric).map(|hit| hit.t)
+        intersect(ray, quadric, None).map(|hit| hit.t)
     }
 
     /// A diagonal quadric with a constant, moved.

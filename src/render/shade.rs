@@ -254,26 +254,38 @@ fn light<const TERMINATOR: bool>(
     shadow: &mut Vec<ShadowRay>,
     shadow_rays: &mut Vec<Ray>,
 ) {
-    let materials = &world.materials;
-    let row = point.material.idx();
-    let n_lights = if BARE { 1 } else { world.lights.len() };
-    for (&position, &intensity) in world.lights.positions[..n_lights].iter().zip(&world.lights.intensities) {
+    let lights = &world.lights;
+    let n_points = if BARE { 1 } else { lights.positions.len() };
+    for (&position, &intensity) in lights.positions[..n_points].iter().zip(&lights.intensities) {
         let Some(wi) = (position - point.surface.p).try_normalize() else { continue };
-        let cosine = point.ns.dot(wi);
-        if cosine <= 0.0 {
-            continue;
-        }
-        let mirrored = 2.0 * cosine * point.ns - wi;
-        let highlight = highlight(mirrored.dot(point.wo).max(0.0), materials.shininess[row]);
-        let radiance = intensity * (materials.diffuse[row] * cosine + materials.specular[row] * highlight);
-        if radiance == DVec3::ZERO {
-            continue;
-        }
+        let Some(radiance) = lit(world, point, wi, intensity) else { continue };
         // The segment to the light, open at both ends: what lies behind the light casts no shadow.
         let origin = point.leave::<TERMINATOR>(wi);
         shadow_rays.push(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT));
         shadow.push(ShadowRay { ray_idx, radiance });
     }
+    let n_directions = if BARE { 0 } else { lights.directions.len() };
+    for (&direction, &intensity) in lights.directions[..n_directions].iter().zip(&lights.directional_intensities) {
+        let wi = -direction;
+        let Some(radiance) = lit(world, point, wi, intensity) else { continue };
+        shadow_rays.push(Ray::new(point.leave::<TERMINATOR>(wi), wi));
+        shadow.push(ShadowRay { ray_idx, radiance });
+    }
+}
+
+/// What light from a unit direction adds towards the viewer; `None` when that is nothing.
+#[inline(always)]
+fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3) -> Option<DVec3> {
+    let materials = &world.materials;
+    let row = point.material.idx();
+    let cosine = point.ns.dot(wi);
+    if cosine <= 0.0 {
+        return None;
+    }
+    let mirrored = 2.0 * cosine * point.ns - wi;
+    let highlight = highlight(mirrored.dot(point.wo).max(0.0), materials.shininess[row]);
+    let radiance = intensity * (materials.diffuse[row] * cosine + materials.specular[row] * highlight);
+    (radiance != DVec3::ZERO).then_some(radiance)
 }
 
 /// cosineˢʰ, with 0⁰ = 1. The exponent 1 needs no power, and is what it gives.

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat4, DVec3};
 
-use super::desc::{CameraDesc, HittableDesc, LightDesc, MaterialDesc, MaterialRef, PoseDesc, RenderDesc, SceneDesc};
+use super::desc::{
+    CameraDesc, HittableDesc, LightDesc, LightFrom, MaterialDesc, MaterialRef, PoseDesc, RenderDesc, SceneDesc,
+};
 use super::nearest::nearest;
 use super::report::Report;
 use super::validate;
@@ -245,11 +247,14 @@ fn check_material(desc: &MaterialDesc, span: &std::ops::Range<usize>, key: &str,
 }
 
 fn add_light(light: &LightDesc, world: &mut World, report: &Report) {
-    let LightDesc { position, intensity, color, key, span } = light;
+    let LightDesc { from, intensity, color, key, span } = light;
     let intensity = intensity.unwrap_or(1.0) * color.unwrap_or(DVec3::ONE);
     if intensity.max_element() > f64::from(f32::MAX) {
         let problem = Problem::new(Place::default(), "intensity times color is beyond the range of 32-bit floats");
         report.mistake(span, key, problem);
     }
-    world.lights.add(*position, intensity);
+    match *from {
+        LightFrom::Position(position) => world.lights.add(position, intensity),
+        LightFrom::Direction(direction) => world.lights.add_directional(direction, intensity),
+    }
 }

@@ -209,11 +209,20 @@ pub enum MeshSource {
     },
 }
 
+/// Where light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightFrom {
+    /// `position` of a point light.
+    Position(DVec3),
+    /// `direction` of a directional light: the way it travels; not zero.
+    Direction(DVec3),
+}
+
 /// `[[light_source]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightDesc {
-    /// `position`.
-    pub position: DVec3,
+    /// Where its light comes from.
+    pub from: LightFrom,
     /// `intensity`.
     pub intensity: Option<f64>,
     /// `color`.

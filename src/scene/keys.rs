@@ -2,12 +2,14 @@
 //!
 //! `docs/SCENE_FORMAT.md` documents every key read here.
 
+use glam::DVec3;
+
 use crate::error::{Error, Place, Problem};
 
 use super::SamplerKey;
 use super::desc::{
-    CameraDesc, HittableDesc, LightDesc, MaterialDesc, MaterialRef, MeshDesc, MeshSource, NamedMaterialDesc, PoseDesc,
-    QuadricDesc, RenderDesc, SceneDesc, ShapeDesc, SphereDesc, TriangleDesc,
+    CameraDesc, HittableDesc, LightDesc, LightFrom, MaterialDesc, MaterialRef, MeshDesc, MeshSource, NamedMaterialDesc,
+    PoseDesc, QuadricDesc, RenderDesc, SceneDesc, ShapeDesc, SphereDesc, TriangleDesc,
 };
 use super::report::Report;
 use super::toml::{Table, walk};
@@ -175,7 +177,7 @@ fn read_triangle(table: &mut Table<'_>) -> Option<ShapeDesc> {
             table.require(key, "3 numbers: `phong_interpolation` needs `n_a`, `n_b` and `n_c`");
         }
         let normal = table.vec3(key, &COORDINATE)?;
-        if normal.value == glam::DVec3::ZERO {
+        if normal.value == DVec3::ZERO {
             table.mistake(key, Problem::new(Place::default(), "a normal must not be zero"));
             return None;
         }
@@ -216,12 +218,36 @@ fn read_mesh(table: &mut Table<'_>) -> Option<ShapeDesc> {
     Some(ShapeDesc::Mesh(MeshDesc { source, phong_interpolation }))
 }
 
+/// A direction of any length but zero.
+pub(super) fn read_direction(table: &mut Table<'_>, key: &'static str) -> Option<DVec3> {
+    let direction = table.vec3(key, &COORDINATE)?.value;
+    if direction == DVec3::ZERO {
+        table.mistake(key, Problem::new(Place::default(), "a direction must not be zero"));
+        return None;
+    }
+    Some(direction)
+}
+
 fn read_light(mut table: Table<'_>) -> Option<LightDesc> {
-    table.require("position", THREE_NUMBERS);
-    let position = table.vec3("position", &COORDINATE);
+    let is_directional = table.word("type", &[("point", false), ("directional", true)]);
+    let from = match is_directional {
+        // A type that could not be read may be either: its keys are not called unknown.
+        None if table.has("type") => {
+            ["position", "direction"].into_iter().for_each(|key| table.ignore(key));
+            None
+        }
+        None | Some(false) => {
+            table.require("position", THREE_NUMBERS);
+            table.vec3("position", &COORDINATE).map(|position| LightFrom::Position(position.value))
+        }
+        Some(true) => {
+            table.require("direction", "3 numbers, the way the light travels");
+            read_direction(&mut table, "direction").map(LightFrom::Direction)
+        }
+    };
     let intensity = table.number("intensity", &NON_NEGATIVE).map(|intensity| intensity.value);
     let color = table.vec3("color", &NON_NEGATIVE).map(|rgb| rgb.value);
     let (key, span) = (table.path.clone(), table.span.clone());
     table.finish();
-    Some(LightDesc { position: position?.value, intensity, color, key, span })
+    Some(LightDesc { from: from?, intensity, color, key, span })
 }

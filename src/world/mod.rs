@@ -5,6 +5,7 @@
 
 pub mod bounds;
 pub mod camera;
+mod clip_box;
 pub mod id;
 pub mod light;
 pub mod material;
@@ -40,7 +41,7 @@ pub struct World {
     pub meshes: Meshes,
     /// Materials.
     pub materials: Materials,
-    /// Point lights.
+    /// Point lights and directional lights.
     pub lights: Lights,
     /// Scene-linear radiance of a ray that hits nothing.
     pub background: DVec3,

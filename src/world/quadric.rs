@@ -6,7 +6,9 @@
 
 use glam::{DMat3, DMat4, DVec3};
 
+use super::clip_box::clip_box;
 use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind, PrimRef};
+use crate::numeric::clip::Clip;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::quadric::{Quadric, intersect};
 use crate::numeric::ratio::Parameter;
@@ -16,8 +18,10 @@ use crate::numeric::ratio::Parameter;
 pub struct Quadrics {
     /// The surfaces.
     pub surfaces: Vec<Quadric>,
-    /// Boxes; `None` for an unbounded surface.
+    /// Boxes of what is left of them; `None` for an unbounded surface.
     pub bounds: Vec<Option<Bounds>>,
+    /// What is left of a surface; rows beyond the end, and `None`, are whole. Empty where nothing is clipped.
+    pub clips: Vec<Option<Clip>>,
     /// Materials.
     pub materials: Vec<MaterialId>,
     /// Objects of the scene file.
@@ -34,6 +38,15 @@ impl Quadrics {
         self.objects.push(object);
     }
 
+    /// Appends the part of a quadric that lies in a closed box. `a` is as for [`Quadrics::add`].
+    pub fn add_clipped(&mut self, a: DMat4, clip: Clip, material: MaterialId, object: ObjectId) {
+        self.clips.resize(self.len(), None);
+        self.add(a, material, object);
+        let row = self.len() - 1;
+        self.bounds[row] = clip_box(&self.surfaces[row], &clip, self.bounds[row]);
+        self.clips.push(Some(clip));
+    }
+
     /// Number of quadrics.
     pub fn len(&self) -> usize {
         self.surfaces.len()
@@ -47,14 +60,15 @@ impl Quadrics {
     /// The first hit of a row within the ray's interval.
     #[inline(always)]
     pub fn intersect(&self, row: usize, ray: &PreparedRay) -> Option<Hit> {
-        let Parameter { t, t_rest } = intersect(ray, &self.surfaces[row])?;
+        let clip = self.clips.get(row).and_then(Option::as_ref);
+        let Parameter { t, t_rest } = intersect(ray, &self.surfaces[row], clip)?;
         Some(Hit { t, t_rest, u: 0.0, v: 0.0, prim: PrimRef::new(PrimKind::Quadric, row) })
     }
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         let row = size_of::<Quadric>() + size_of::<Option<Bounds>>() + size_of::<MaterialId>() + size_of::<ObjectId>();
-        self.len() * row
+        self.len() * row + self.clips.len() * size_of::<Option<Clip>>()
     }
 }
 

@@ -52,8 +52,11 @@ pub fn judge(truth: Option<&Polynomial>, answer: Option<f64>, t_min: f64, t_max:
                 let reach = step(t, ALLOWED_ULPS + 1, f64::next_down);
                 lowest <= reach && roots.has_root_within(lowest, reach)
             };
+            // Of two roots that are this close either may be the one that counts.
+            let reach = |to| step(t, ALLOWED_ULPS, to);
+            let counts = || roots.keeps_all() || roots.has_root_within(reach(f64::next_down), reach(f64::next_up));
             let only = first || roots.n_roots() == 1;
-            Judgement { right: ulps <= f64::from(ALLOWED_ULPS) && (only || !skipped()), delta, ulps }
+            Judgement { right: ulps <= f64::from(ALLOWED_ULPS) && counts() && (only || !skipped()), delta, ulps }
         }
     }
 }

@@ -11,8 +11,10 @@
 //! root. So a root within one ulp of an end of the interval may be answered either way, and no other may.
 //!
 //! The formulas are not those of the kernels: a triangle is its plane and three half-planes in it, instead of three
-//! sheared edge functions; a sphere and a quadric are a 4×4 matrix about the world's origin, instead of a local frame.
+//! sheared edge functions; a sphere and a quadric are a 4×4 matrix about the world's origin, instead of a local frame;
+//! a clip is where the zero of a linear function stands among the roots, instead of its sign at them.
 
+pub mod clip;
 pub mod integer;
 pub mod judge;
 pub mod polynomial;
@@ -21,6 +23,7 @@ pub mod surface;
 pub mod triangle;
 pub mod wide;
 
+pub use clip::ClipRows;
 pub use judge::{Judgement, judge};
 pub use polynomial::Polynomial;
 pub use quadric::QuadricRow;

@@ -13,6 +13,8 @@ pub struct Polynomial {
     c: BigInt,
     discriminant: BigInt,
     scale: i64,
+    /// Whether the smaller and the larger root count; a single one is the smaller.
+    kept: [bool; 2],
 }
 
 /// How many roots lie below a value, and how many at it; a double root counts twice.
@@ -34,7 +36,7 @@ impl Polynomial {
             Sign::Plus => [a, b, c],
         };
         let discriminant = &b * &b - &a * &c;
-        (discriminant.sign() != Sign::Minus).then_some(Polynomial { a, b, c, discriminant, scale })
+        (discriminant.sign() != Sign::Minus).then_some(Polynomial { a, b, c, discriminant, scale, kept: [true; 2] })
     }
 
     /// The polynomial of the single root n/d·2^scale, for a d that is not zero.
@@ -65,7 +67,19 @@ impl Polynomial {
     /// Where a finite value stands.
     pub fn standing(&self, x: f64) -> Standing {
         let (value, slope, _) = self.at(x);
-        let (below, at) = match (self.n_roots(), value.sign(), slope.sign()) {
+        self.standing_of(value.sign(), slope.sign())
+    }
+
+    /// Where p/q stands, in units of 2^scale, for a positive q.
+    fn standing_of_ratio(&self, p: &BigInt, q: &BigInt) -> Standing {
+        let (a_p, b_q) = (&self.a * p, &self.b * q);
+        let slope = &a_p + &b_q;
+        let value = (&slope + &b_q) * p + &self.c * q * q;
+        self.standing_of(value.sign(), slope.sign())
+    }
+
+    fn standing_of(&self, value: Sign, slope: Sign) -> Standing {
+        let (below, at) = match (self.n_roots(), value, slope) {
             (1, Sign::Minus, _) => (0, 0),
             (1, Sign::NoSign, _) => (0, 1),
             (1, Sign::Plus, _) => (1, 0),
@@ -79,16 +93,47 @@ impl Polynomial {
         Standing { below, at }
     }
 
-    /// Whether a root lies in the closed interval between finite ends.
-    pub fn has_root_within(&self, lo: f64, hi: f64) -> bool {
-        let end = self.standing(hi);
-        end.below + end.at > self.standing(lo).below
+    /// The same polynomial, of whose roots only those count at which α·2^e + β·t ≥ 0. Roots that did not count do not count
+    /// again; `None` when none is left.
+    pub fn keep_where(mut self, alpha: &BigInt, beta: &BigInt, e: i64) -> Option<Polynomial> {
+        // In units of 2^scale the value is zero at −α·2^(e − scale)/β.
+        let shift = e - self.scale;
+        let p = -(alpha << shift.max(0) as u64);
+        let q = beta << (-shift).max(0) as u64;
+        let roots = |from: u32, to: u32| [0, 1].map(|i| from <= i && i < to);
+        let is_kept = match beta.sign() {
+            Sign::NoSign => [alpha.sign() != Sign::Minus; 2],
+            Sign::Plus => roots(self.standing_of_ratio(&p, &q).below, 2),
+            Sign::Minus => {
+                let Standing { below, at } = self.standing_of_ratio(&-p, &-q);
+                roots(0, below + at)
+            }
+        };
+        self.kept = [0, 1].map(|i| self.kept[i] && is_kept[i]);
+        let any = self.kept[..self.n_roots() as usize].contains(&true);
+        any.then_some(self)
     }
 
-    /// Whether a root is above 0: what a hit over (0, ∞) comes to, but for under- and overflow of t.
+    /// Whether all roots count.
+    pub fn keeps_all(&self) -> bool {
+        self.kept == [true; 2]
+    }
+
+    /// Whether a root that counts is one of those from one number, in order, to below another.
+    fn keeps_any(&self, from: u32, to: u32) -> bool {
+        (from..to).any(|i| self.kept[i as usize])
+    }
+
+    /// Whether a root that counts lies in the closed interval between finite ends.
+    pub fn has_root_within(&self, lo: f64, hi: f64) -> bool {
+        let end = self.standing(hi);
+        self.keeps_any(self.standing(lo).below, end.below + end.at)
+    }
+
+    /// Whether a root that counts is above 0: what a hit over (0, ∞) comes to, but for under- and overflow of t.
     pub fn has_positive_root(&self) -> bool {
         let zero = self.standing(0.0);
-        self.n_roots() > zero.below + zero.at
+        self.keeps_any(zero.below + zero.at, self.n_roots())
     }
 
     /// The distance from `x` to the root on its side of the vertex, root − x, to about 15 digits of itself, and

@@ -23,7 +23,7 @@ pub enum Replay {
         /// Ray.
         ray: Ray,
         /// Primitive.
-        primitive: Primitive,
+        primitive: Box<Primitive>,
     },
     /// A case of a suite by its number: its scene is made again.
     Numbered {
@@ -76,7 +76,7 @@ impl Replay {
             (Some(origin), Some(direction), Some(primitive)) => {
                 let ray = Ray::new(origin.vector(0), direction.vector(0));
                 let ray = interval.map_or(ray, |t| Ray { t_min: t.number(0), t_max: t.number(1), ..ray });
-                Ok(Replay::Single { ray, primitive })
+                Ok(Replay::Single { ray, primitive: Box::new(primitive) })
             }
             (_, _, Some(_)) => Err("a primitive needs a ray: o=x,y,z d=x,y,z".to_owned()),
             _ => Ok(Replay::Numbered { suite: suite.to_owned(), seed, number }),
@@ -92,7 +92,9 @@ fn read(text: &str, n: usize) -> Result<Reader, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Vec3, dvec3};
+    use crate::numeric::clip::Clip;
+    use crate::numeric::quadric::Quadric;
+    use glam::{DMat4, DVec3, Vec3, dvec3};
 
     #[test]
     fn a_case_is_read_back_bit_for_bit() {
@@ -101,9 +103,14 @@ mod tests {
         let primitives = [
             Primitive::Sphere { center: dvec3(0.1, 0.2, 0.3), radius: 1e-3 },
             Primitive::Triangle([Vec3::splat(0.1), Vec3::X, Vec3::NEG_Y]),
+            Primitive::Clipped(
+                Quadric::from_matrix(DMat4::IDENTITY),
+                Clip::world_box(dvec3(0.1, f64::NEG_INFINITY, 0.0), DVec3::INFINITY),
+            ),
         ];
         for primitive in primitives {
-            assert_eq!(Replay::parse(&case.text(&ray, Some(&primitive))), Ok(Replay::Single { ray, primitive }));
+            let text = case.text(&ray, Some(&primitive));
+            assert_eq!(Replay::parse(&text), Ok(Replay::Single { ray, primitive: Box::new(primitive) }));
         }
         let numbered = Replay::Numbered { suite: "sphere".to_owned(), seed: 7, number: 12 };
         assert_eq!(Replay::parse(&case.text(&ray, None)), Ok(numbered));

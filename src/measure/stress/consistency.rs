@@ -5,6 +5,7 @@ use glam::{DMat4, DVec3, Vec3, dvec3};
 use super::primitive::Primitive;
 use super::random::Random;
 use super::{Block, Tally, probe};
+use crate::numeric::clip::Clip;
 use crate::numeric::quadric::Quadric;
 use crate::world::Ray;
 
@@ -36,6 +37,8 @@ pub fn run(block: &Block, tally: &mut Tally) {
                 };
                 expect(ask(&ray, &Primitive::Quadric(times)) == hit, "changes with a factor");
             }
+            // They have a suite of their own.
+            Primitive::Clipped(..) => {}
             Primitive::Triangle([a, b, c]) => {
                 let same = |corners| ask(&ray, &Primitive::Triangle(corners)).is_some() == hit.is_some();
                 expect(same([*b, *c, *a]) && same([*a, *c, *b]), "changes with the order of corners");
@@ -99,18 +102,22 @@ fn turns(random: &mut Random, ray: &Ray, primitive: &Primitive, hit: Option<f64>
     let turn = |v: DVec3| pick(v) * signs;
     // An off-diagonal entry is named by the axis it leaves out, and changes sign with the product of the others.
     let turn_pairs = |v: DVec3| pick(v) * dvec3(signs.y * signs.z, signs.x * signs.z, signs.x * signs.y);
+    let turn_row = |row: &Quadric| Quadric {
+        center: turn(row.center),
+        diagonal: pick(row.diagonal),
+        off_diagonal: turn_pairs(row.off_diagonal),
+        linear: turn(row.linear),
+        ..*row
+    };
     let turned = match primitive {
         Primitive::Triangle(corners) => {
             Primitive::Triangle(corners.map(|corner: Vec3| turn(corner.as_dvec3()).as_vec3()))
         }
         Primitive::Sphere { center, radius } => Primitive::Sphere { center: turn(*center), radius: *radius },
-        Primitive::Quadric(row) => Primitive::Quadric(Quadric {
-            center: turn(row.center),
-            diagonal: pick(row.diagonal),
-            off_diagonal: turn_pairs(row.off_diagonal),
-            linear: turn(row.linear),
-            ..*row
-        }),
+        Primitive::Quadric(row) => Primitive::Quadric(turn_row(row)),
+        Primitive::Clipped(row, clip) => {
+            Primitive::Clipped(turn_row(row), Clip { center: turn(clip.center), rows: clip.rows.map(turn), ..*clip })
+        }
     };
     let ray = Ray { origin: turn(ray.origin), direction: turn(ray.direction), ..*ray };
     ask(&ray, &turned).is_some() == hit.is_some()

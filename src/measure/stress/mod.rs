@@ -6,6 +6,7 @@
 
 pub mod boxes;
 pub mod case;
+pub mod clipped;
 pub mod consistency;
 pub mod degenerate;
 pub mod duplicate;
@@ -54,13 +55,14 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are reported.
-pub const SUITES: [Suite; 13] = [
+pub const SUITES: [Suite; 14] = [
     suite("watertight", "closed meshes from inside: vertices, edges, axes", 10, 256, watertight::run),
     suite("scale", "everything times powers of two", 8, 64, scale::run),
     suite("offset", "everything moved by 0 to 1e7 sizes", 8, 64, offset::run),
     suite("grazing", "needles, shallow angles, far origins", 10, 64, grazing::run),
     suite("sphere", "distant, near-tangent and giant spheres", 10, 64, sphere::run),
     suite("quadric", "ten classes, near-degenerate, tangent, asymptotic", 10, 64, quadric::run),
+    suite("clipped", "clip ends through hits, along rays, of no thickness", 8, 64, clipped::run),
     suite("boxes", "flat grids, rays in their planes, tiny components", 8, 256, boxes::run),
     suite("duplicate", "the same mesh twice, coplanar overlaps", 6, 256, duplicate::run),
     suite("degenerate", "bad triangles among good ones, bad rays", 6, 256, degenerate::run),

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use super::hexadecimal::{Reader, hex, hex_list};
-use crate::measure::oracle::{Polynomial, QuadricRow, quadric, triangle};
+use crate::measure::oracle::{ClipRows, Polynomial, QuadricRow, quadric, triangle};
+use crate::numeric::clip::Clip;
 use crate::numeric::double::{is_tame, is_tame3};
 use crate::numeric::quadric::Quadric;
 use crate::world::{MaterialId, ObjectId, PrimKind, PrimRef, World};
@@ -22,6 +23,8 @@ pub enum Primitive {
     },
     /// A quadric in its local frame.
     Quadric(Quadric),
+    /// The part of a quadric that lies in a box.
+    Clipped(Quadric, Clip),
 }
 
 impl Primitive {
@@ -39,7 +42,10 @@ impl Primitive {
                 world.spheres.radii.push(radius);
                 PrimKind::Sphere
             }
-            Primitive::Quadric(row) => {
+            Primitive::Quadric(row) | Primitive::Clipped(row, _) => {
+                if let Primitive::Clipped(_, clip) = *self {
+                    world.quadrics.clips.push(Some(clip));
+                }
                 world.quadrics.surfaces.push(row);
                 world.quadrics.bounds.push(None);
                 world.quadrics.materials.push(MaterialId::default());
@@ -58,7 +64,10 @@ impl Primitive {
             PrimKind::Sphere => {
                 Primitive::Sphere { center: world.spheres.centers[row], radius: world.spheres.radii[row] }
             }
-            PrimKind::Quadric => Primitive::Quadric(world.quadrics.surfaces[row]),
+            PrimKind::Quadric => match world.quadrics.clips.get(row) {
+                Some(Some(clip)) => Primitive::Clipped(world.quadrics.surfaces[row], *clip),
+                _ => Primitive::Quadric(world.quadrics.surfaces[row]),
+            },
         }
     }
 
@@ -69,6 +78,9 @@ impl Primitive {
             Primitive::Triangle(corners) => triangle::roots(o, d, corners.map(|c| c.as_dvec3().to_array())),
             Primitive::Sphere { center, radius } => QuadricRow::sphere_roots(o, d, center.to_array(), *radius),
             Primitive::Quadric(row) => oracle_row(row).roots(o, d),
+            Primitive::Clipped(row, clip) => {
+                oracle_row(row).roots(o, d).and_then(|roots| oracle_clip(clip).keep(roots, o, d))
+            }
         }
     }
 
@@ -79,10 +91,12 @@ impl Primitive {
                 format!("triangle({})", hex_list(corners.iter().flat_map(|c| c.as_dvec3().to_array())))
             }
             Primitive::Sphere { center, radius } => format!("sphere({},{})", hex_list(center.to_array()), hex(*radius)),
-            Primitive::Quadric(q) => {
-                let rows = [q.center, q.diagonal, q.off_diagonal, q.linear];
-                let numbers = rows.iter().flat_map(|v| v.to_array()).chain([q.constant]);
-                format!("quadric({})", hex_list(numbers))
+            Primitive::Quadric(row) => format!("quadric({})", hex_list(numbers_of(row))),
+            Primitive::Clipped(row, clip) => {
+                let [x, y, z] = clip.rows;
+                let vectors = [clip.center, x, y, z, clip.lo, clip.hi];
+                let numbers = vectors.iter().flat_map(|v| v.to_array());
+                format!("clipped({},{})", hex_list(numbers_of(row)), hex_list(numbers))
             }
         }
     }
@@ -92,7 +106,8 @@ impl Primitive {
     /// # Errors
     /// With what was expected.
     pub fn parse(text: &str) -> Result<Primitive, String> {
-        let (kind, numbers) = text.split_once('(').ok_or("expected triangle(…), sphere(…) or quadric(…)")?;
+        let (kind, numbers) =
+            text.split_once('(').ok_or("expected triangle(…), sphere(…), quadric(…) or clipped(…)")?;
         let numbers = Reader::new(numbers.trim_end_matches(')'))?;
         let vector = |at: usize| numbers.vector(at);
         match kind.trim() {
@@ -111,17 +126,40 @@ impl Primitive {
             }
             "quadric" => {
                 numbers.exactly(13)?;
-                let rows = [vector(0), vector(3), vector(6), vector(9)];
-                let constant = numbers.number(12);
-                let tame = rows.into_iter().all(is_tame3) && is_tame(constant);
-                let [center, diagonal, off_diagonal, linear] = rows;
-                let finite = rows.iter().all(|row| row.is_finite()) && constant.is_finite();
-                let row = Quadric { center, diagonal, off_diagonal, linear, constant, tame };
-                finite.then_some(Primitive::Quadric(row)).ok_or("expected finite numbers".to_owned())
+                Ok(Primitive::Quadric(read_row(&numbers)?))
             }
-            other => Err(format!("unknown kind of primitive '{other}': expected triangle, sphere or quadric")),
+            "clipped" => {
+                numbers.exactly(31)?;
+                let [center, x, y, z, lo, hi] = [13, 16, 19, 22, 25, 28].map(vector);
+                let sound = [center, x, y, z].iter().all(|v| v.is_finite()) && !lo.is_nan() && !hi.is_nan();
+                let clip = sound.then(|| Clip::new(center, [x, y, z], lo, hi)).ok_or("expected finite numbers")?;
+                Ok(Primitive::Clipped(read_row(&numbers)?, clip))
+            }
+            other => Err(format!("unknown kind of primitive '{other}': expected triangle, sphere, quadric or clipped")),
         }
     }
+}
+
+fn numbers_of(row: &Quadric) -> impl Iterator<Item = f64> + use<> {
+    let rows = [row.center, row.diagonal, row.off_diagonal, row.linear];
+    rows.into_iter().flat_map(|v| v.to_array()).chain([row.constant])
+}
+
+/// A quadric from the first thirteen numbers.
+fn read_row(numbers: &Reader) -> Result<Quadric, String> {
+    let rows = [0, 3, 6, 9].map(|at| numbers.vector(at));
+    let constant = numbers.number(12);
+    let tame = rows.into_iter().all(is_tame3) && is_tame(constant);
+    let [center, diagonal, off_diagonal, linear] = rows;
+    let finite = rows.iter().all(|row| row.is_finite()) && constant.is_finite();
+    let row = Quadric { center, diagonal, off_diagonal, linear, constant, tame };
+    finite.then_some(row).ok_or("expected finite numbers".to_owned())
+}
+
+/// The clip as the oracle reads it.
+fn oracle_clip(clip: &Clip) -> ClipRows {
+    let Clip { center, rows, lo, hi, tame: _ } = clip;
+    ClipRows { center: center.to_array(), rows: rows.map(|row| row.to_array()), lo: lo.to_array(), hi: hi.to_array() }
 }
 
 /// The row as the oracle reads it.

@@ -88,7 +88,7 @@ fn note_errors(
     let (center, normal, curvature) = match primitive {
         Primitive::Triangle(corners) => (DVec3::ZERO, triangle::normal(corners.map(|c| c.as_dvec3().to_array())), 0.0),
         Primitive::Sphere { center, radius } => (*center, exact.from_center(center.to_array()), 1.0 / radius),
-        Primitive::Quadric(row) => {
+        Primitive::Quadric(row) | Primitive::Clipped(row, _) => {
             let entries = row.diagonal.abs().max(row.off_diagonal.abs()).element_sum();
             let steepness = row.half_gradient(surface.p - row.center).length();
             (row.center, exact.gradient(&oracle_row(row)), 2.0 * entries / steepness)

@@ -41,7 +41,8 @@ fn make(random: &mut Random) -> (Canonical, Quadric) {
     (canonical, Quadric::from_matrix(canonical.matrix(factor)))
 }
 
-fn aim(random: &mut Random, canonical: &Canonical, row: &Quadric) -> Ray {
+/// A ray that meets a surface where it is hard.
+pub(super) fn aim(random: &mut Random, canonical: &Canonical, row: &Quadric) -> Ray {
     let center = canonical.center;
     let near = center + 2.0 * random.in_cube();
     let from = center + random.log_uniform(0.1, 1e3) * random.direction();

@@ -95,7 +95,7 @@ fn leave(tally: &mut Tally, case: &Case, random: &mut Random, start: &Start) {
         Primitive::Triangle(_) => again.is_none(),
         Primitive::Sphere { .. } if side > 0.0 => again.is_none(),
         Primitive::Sphere { radius, .. } => again.is_some_and(|hit| hit.t > radius * cosine),
-        Primitive::Quadric(_) => true,
+        Primitive::Quadric(_) | Primitive::Clipped(..) => true,
     };
     if let (Primitive::Sphere { center, radius }, true) = (primitive, side > 0.0) {
         // A shell close outside is not skipped.
@@ -142,6 +142,6 @@ fn side_of(primitive: &Primitive, point: DVec3) -> i32 {
             let r = scaled(*radius, scale);
             sign((dot(&off, &off) - &r * &r).sign())
         }
-        Primitive::Quadric(row) => oracle_row(row).sign_at(p),
+        Primitive::Quadric(row) | Primitive::Clipped(row, _) => oracle_row(row).sign_at(p),
     }
 }

@@ -18,7 +18,7 @@ pub fn naive(ray: &Ray, primitive: &Primitive) -> bool {
             let r = *radius as f32;
             quadratic(d.dot(d), h.dot(d), h.dot(h) - r * r).into_iter().flatten().any(inside)
         }
-        Primitive::Quadric(row) => {
+        Primitive::Quadric(row) | Primitive::Clipped(row, _) => {
             // As a renderer stores it: one f32 matrix in world space.
             let (q, c) = (row.diagonal, row.center);
             let o3 = row.off_diagonal;
@@ -29,9 +29,17 @@ pub fn naive(ray: &Ray, primitive: &Primitive) -> bool {
             let matrix = Mat3::from_cols(f64_rows[0].as_vec3(), f64_rows[1].as_vec3(), f64_rows[2].as_vec3());
             let bent = matrix * o + linear;
             let value = o.dot(bent + linear) + constant;
-            quadratic(d.dot(matrix * d), d.dot(bent), value).into_iter().flatten().any(inside)
+            let mut roots = quadratic(d.dot(matrix * d), d.dot(bent), value).into_iter().flatten();
+            roots.any(|t| inside(t) && clip_contains(primitive, o + t * d))
         }
     }
+}
+
+/// Whether a point lies in the clip of a primitive that has one.
+fn clip_contains(primitive: &Primitive, p: Vec3) -> bool {
+    let Primitive::Clipped(_, clip) = primitive else { return true };
+    let (from, lo, hi) = (p - clip.center.as_vec3(), clip.lo.as_vec3(), clip.hi.as_vec3());
+    (0..3).all(|i| (lo[i]..=hi[i]).contains(&clip.rows[i].as_vec3().dot(from)))
 }
 
 fn quadratic(a: f32, b: f32, c: f32) -> [Option<f32>; 2] {
