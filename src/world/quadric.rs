@@ -31,7 +31,10 @@ pub struct Quadrics {
 impl Quadrics {
     /// Appends the quadric of a symmetric, finite matrix with a non-zero entry above the constant one.
     pub fn add(&mut self, a: DMat4, material: MaterialId, object: ObjectId) {
-        let surface = Quadric::from_matrix(a);
+        self.add_surface(Quadric::from_matrix(a), material, object);
+    }
+
+    fn add_surface(&mut self, surface: Quadric, material: MaterialId, object: ObjectId) {
         self.bounds.push(box_of(&surface));
         self.surfaces.push(surface);
         self.materials.push(material);
@@ -40,8 +43,14 @@ impl Quadrics {
 
     /// Appends the part of a quadric that lies in a closed box. `a` is as for [`Quadrics::add`].
     pub fn add_clipped(&mut self, a: DMat4, clip: Clip, material: MaterialId, object: ObjectId) {
+        self.add_part(Quadric::from_matrix(a), clip, material, object);
+    }
+
+    /// Appends the part in a closed box of a surface in a frame of its own, which then keeps its digits however far from the
+    /// origin it is. All coefficients must be finite.
+    pub fn add_part(&mut self, surface: Quadric, clip: Clip, material: MaterialId, object: ObjectId) {
         self.clips.resize(self.len(), None);
-        self.add(a, material, object);
+        self.add_surface(surface, material, object);
         let row = self.len() - 1;
         self.bounds[row] = clip_box(&self.surfaces[row], &clip, self.bounds[row]);
         self.clips.push(Some(clip));
