@@ -7,8 +7,10 @@ use glam::{DMat4, DVec3};
 
 use super::desc::{
     CameraDesc, HittableDesc, LightDesc, LightFrom, MaterialDesc, MaterialRef, PoseDesc, RenderDesc, SceneDesc,
+    ShapeDesc,
 };
 use super::nearest::nearest;
+use super::placement::Prototypes;
 use super::report::Report;
 use super::validate;
 use super::{Compiled, Names, Overrides, RenderKeys, geometry, keys};
@@ -72,7 +74,7 @@ fn compile_scene(
     base: &Base,
     report: &Report,
 ) -> (World, Option<Camera>, Names) {
-    let SceneDesc { camera, render, materials, hittables, lights } = scene;
+    let SceneDesc { camera, render, materials, prototypes, hittables, lights } = scene;
     let camera = compile_camera(camera, overrides, report);
     let mut world = World {
         background: render.background.unwrap_or(DVec3::ZERO),
@@ -92,13 +94,24 @@ fn compile_scene(
             report.mistake(&named.name.span, &format!("{}.name", named.key), problem.found(found));
         }
     }
+    let mut placeable = Prototypes::new(base);
+    for prototype in prototypes {
+        let first_triangle = world.triangles.len();
+        let (object, material) = object_of(prototype, materials, &material_ids, &mut world, &mut names, report);
+        add_shape(prototype, material, object, base, &mut world, &mut names, report);
+        placeable.add(prototype, first_triangle, &mut world, report);
+    }
     for hittable in hittables {
-        let object = add_object(hittable, &mut names);
-        let material = material_of(hittable, materials, &material_ids, &mut world, &mut names, report);
-        if let Some(shape) = &hittable.shape {
-            let brought = geometry::add_shape(shape, hittable, material, object, base, &mut world, report);
-            names.materials.extend(brought);
+        if let Some(ShapeDesc::Instance(instance)) = &hittable.shape {
+            let object = add_object(hittable, &mut names);
+            // An instance that says nothing keeps what its prototype has.
+            let material = (!hittable.material.is_unstated())
+                .then(|| material_of(hittable, materials, &material_ids, &mut world, &mut names, report));
+            placeable.place(instance, hittable, material, object, &mut world, report);
+            continue;
         }
+        let (object, material) = object_of(hittable, materials, &material_ids, &mut world, &mut names, report);
+        add_shape(hittable, material, object, base, &mut world, &mut names, report);
     }
     for light in lights {
         add_light(light, &mut world, report);
@@ -110,6 +123,33 @@ fn compile_scene(
         report.warning(&(0..0), "", Problem::new(Place::default(), "the scene has no light ([[light_source]])"));
     }
     (world, camera, names)
+}
+
+fn object_of(
+    hittable: &HittableDesc,
+    materials: &[super::desc::NamedMaterialDesc],
+    material_ids: &HashMap<&str, MaterialId>,
+    world: &mut World,
+    names: &mut Names,
+    report: &Report,
+) -> (ObjectId, MaterialId) {
+    let object = add_object(hittable, names);
+    (object, material_of(hittable, materials, material_ids, world, names, report))
+}
+
+fn add_shape(
+    hittable: &HittableDesc,
+    material: MaterialId,
+    object: ObjectId,
+    base: &Base,
+    world: &mut World,
+    names: &mut Names,
+    report: &Report,
+) {
+    if let Some(shape) = &hittable.shape {
+        let brought = geometry::add_shape(shape, hittable, material, object, base, world, report);
+        names.materials.extend(brought);
+    }
 }
 
 fn compile_render(render: &RenderDesc) -> RenderKeys {

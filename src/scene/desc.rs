@@ -31,6 +31,8 @@ pub struct SceneDesc {
     pub render: RenderDesc,
     /// `[[material]]`, in the order of the file.
     pub materials: Vec<NamedMaterialDesc>,
+    /// `[[prototype]]`, in the order of the file: objects that are seen only where they are placed.
+    pub prototypes: Vec<HittableDesc>,
     /// `[[hittable]]`, in the order of the file. Those that could not be read in full are missing.
     pub hittables: Vec<HittableDesc>,
     /// `[[light_source]]`, in the order of the file.
@@ -171,6 +173,8 @@ pub enum ShapeDesc {
     Triangle(TriangleDesc),
     /// `type = "mesh"`.
     Mesh(MeshDesc),
+    /// `type = "instance"`.
+    Instance(InstanceDesc),
 }
 
 /// A sphere.
@@ -259,6 +263,26 @@ pub enum LightFrom {
     Position(DVec3),
     /// `direction` of a directional light: the way it travels; not zero.
     Direction(DVec3),
+}
+
+/// Placements of a prototype.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InstanceDesc {
+    /// `of`: the name of the prototype.
+    pub of: Spanned<String>,
+    /// `repeat`: rows, of rows, of placements; the first is the innermost.
+    pub repeat: Vec<RepeatDesc>,
+    /// `placements`: a file of transforms.
+    pub file_path: Option<Spanned<String>>,
+}
+
+/// A row of placements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RepeatDesc {
+    /// `count`.
+    pub count: u64,
+    /// `step`: from one to the next, in world units.
+    pub step: DVec3,
 }
 
 /// `[[light_source]]`.

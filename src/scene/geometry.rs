@@ -23,6 +23,7 @@ pub fn kind_name(shape: &ShapeDesc) -> &'static str {
         ShapeDesc::Named(desc) => named_quadric::kind_name(desc),
         ShapeDesc::Triangle(_) => "triangle",
         ShapeDesc::Mesh(_) => "mesh",
+        ShapeDesc::Instance(_) => "instance",
     }
 }
 
@@ -45,6 +46,8 @@ pub fn add_shape(
         }
         ShapeDesc::Triangle(triangle) => add_triangle(triangle, hittable, material, object, world, report),
         ShapeDesc::Mesh(mesh) => return add_mesh(mesh, hittable, material, object, base, world, report),
+        // Placed by `placement`, which knows the prototypes.
+        ShapeDesc::Instance(_) => {}
     }
     Vec::new()
 }
@@ -269,25 +272,33 @@ fn load_mesh_file(
     base: &Base,
     report: &Report,
 ) -> Option<(PathBuf, MeshFile)> {
-    let candidates = candidates_of(&file_path.value, base);
-    let Some(path) = candidates.iter().find(|path| path.is_file()) else {
-        let tried: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
-        let problem = Problem::new(Place::default(), "mesh file not found")
-            .found(format!("\"{}\"", file_path.value))
-            .help(format!("tried {}", tried.join(" and ")));
-        report.mistake(&file_path.span, &format!("{}.file_path", hittable.key), problem);
-        return None;
+    let path = match find_file(&file_path.value, "mesh file", base) {
+        Ok(path) => path,
+        Err(problem) => {
+            report.mistake(&file_path.span, &format!("{}.file_path", hittable.key), problem);
+            return None;
+        }
     };
-    match mesh::load_with(path, wanted) {
-        Ok(file) => Some((path.clone(), file)),
+    match mesh::load_with(&path, wanted) {
+        Ok(file) => Some((path, file)),
         Err(error) => {
-            report.mistakes_elsewhere(&file_path.span, placed(error, path, hittable));
+            report.mistakes_elsewhere(&file_path.span, placed(error, &path, hittable));
             None
         }
     }
 }
 
-/// Where a mesh may lie: beside the scene file, then in the working directory. Each path once.
+/// The file that a scene names, or what to say when there is none.
+pub fn find_file(file_path: &str, what: &str, base: &Base) -> Result<PathBuf, Problem> {
+    let candidates = candidates_of(file_path, base);
+    candidates.iter().find(|path| path.is_file()).cloned().ok_or_else(|| {
+        let tried: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
+        let problem = Problem::new(Place::default(), format!("{what} not found")).found(format!("\"{file_path}\""));
+        problem.help(format!("tried {}", tried.join(" and ")))
+    })
+}
+
+/// Where a file may lie: beside the scene file, then in the working directory. Each path once.
 fn candidates_of(file_path: &str, base: &Base) -> Vec<PathBuf> {
     let path = PathBuf::from(file_path);
     let mut candidates: Vec<PathBuf> = base.directory.iter().map(|directory| directory.join(&path)).collect();

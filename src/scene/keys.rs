@@ -13,7 +13,7 @@ use super::desc::{
 use super::report::Report;
 use super::toml::{Table, walk};
 use super::validate::{COORDINATE, CREASE_ANGLE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX};
-use super::{NormalsKey, SamplerKey, named_quadric, transform};
+use super::{NormalsKey, SamplerKey, named_quadric, placement, transform};
 
 const THREE_NUMBERS: &str = "3 numbers";
 const MATERIAL_KEYS: [&str; 9] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh", "k_t", "ior"];
@@ -25,6 +25,7 @@ pub fn read_scene(text: &str, report: &Report) -> SceneDesc {
             camera: root.table("camera").map(read_camera).unwrap_or_default(),
             render: root.table("render").map(read_render).unwrap_or_default(),
             materials: root.tables("material").into_iter().filter_map(read_named_material).collect(),
+            prototypes: root.tables("prototype").into_iter().enumerate().map(read_hittable).collect(),
             hittables: root.tables("hittable").into_iter().enumerate().map(read_hittable).collect(),
             lights: root.tables("light_source").into_iter().filter_map(read_light).collect(),
         };
@@ -136,11 +137,12 @@ fn read_material_ref(table: &mut Table<'_>) -> MaterialRef {
 type ReadShape = fn(&mut Table<'_>) -> Option<ShapeDesc>;
 
 fn read_hittable((index, mut table): (usize, Table<'_>)) -> HittableDesc {
-    let kinds: [(&str, ReadShape); 10] = [
+    let kinds: [(&str, ReadShape); 11] = [
         ("sphere", read_sphere),
         ("quadric", read_quadric),
         ("triangle", read_triangle),
         ("mesh", read_mesh),
+        ("instance", placement::read_instance),
         ("ellipsoid", named_quadric::read_ellipsoid),
         ("plane", named_quadric::read_plane),
         ("cylinder", named_quadric::read_cylinder),

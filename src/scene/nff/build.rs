@@ -9,7 +9,8 @@ use super::super::{Compiled, Names, Overrides, RenderKeys, compile, geometry, va
 use super::cone::Cone;
 use super::read::{Light, Run, Sphere, Statements, View};
 use crate::error::{Error, Place, Problem};
-use crate::world::{Camera, Dropped, MeshInput, ObjectId, PrimRef, World};
+use crate::numeric::clip::Clip;
+use crate::world::{Camera, Dropped, MaterialId, MeshInput, ObjectId, PrimRef, World};
 
 /// Fills the tables. All that has one fill is one object.
 pub(super) fn build(statements: Statements, source: &Source, overrides: &Overrides) -> Result<Compiled, Error> {
@@ -38,9 +39,8 @@ pub(super) fn build(statements: Statements, source: &Source, overrides: &Overrid
     for Sphere { center, radius, fill } in spheres {
         world.spheres.add(center, radius, fill, ObjectId(fill.0));
     }
-    if !cones.is_empty() {
-        let Cone { surface: _, axis: _, half_length: _ } = cones[0].0;
-        findings.push(Finding::file("cones cannot be rendered yet and are left out"));
+    for (cone, fill) in cones {
+        add_cone(&cone, fill, &mut world);
     }
     let mut dropped = Dropped::default();
     let mut cutter = Cutter::new(runs.iter().map(|run| run.positions.len()).sum());
@@ -82,6 +82,14 @@ fn add_lights(lights: &[Light], world: &mut World) {
     for &Light { position, color } in lights {
         world.lights.add(position, color.unwrap_or(DVec3::splat(n.sqrt() / (2.0 * n))));
     }
+}
+
+/// The part between the ends, which are open.
+fn add_cone(cone: &Cone, fill: MaterialId, world: &mut World) {
+    let Cone { surface, axis, half_length } = *cone;
+    let ends = DVec3::new(half_length, f64::INFINITY, f64::INFINITY);
+    let clip = Clip::new(surface.center, [axis, DVec3::ZERO, DVec3::ZERO], -ends, ends);
+    world.quadrics.add_surface(surface, Some(clip), fill, ObjectId(fill.0));
 }
 
 /// Adds the polygons of a run as one mesh, and returns how many faces were not finite and how many had no area.
