@@ -108,7 +108,7 @@ fn faces_that_meet_at_a_vertex_alone_are_fans_of_their_own_and_those_without_are
 #[test]
 fn an_edge_of_very_many_faces_joins_none_and_takes_no_time() {
     let n = 100_000;
-    let positions = (0..n + 2).map(|i| Vec3::new(i as f32, (i * i % 1000) as f32, 1.0)).collect();
+    let positions = (0..n + 2).map(|i| Vec3::new(i as f32, (i % 997) as f32, 1.0)).collect();
     let triangles = (0..n).map(|i| [0, 1, i + 2]).collect();
     let creased = split_at_creases(positions, triangles, Weight::Uniform, 180.0);
     assert!(creased.positions.len() > 2 * n as usize);

@@ -201,7 +201,10 @@ fn vertices_without_coordinates_get_no_table_that_they_could_not_fill() {
     assert_eq!((finding.what.as_str(), finding.at), ("a vertex has too few coordinates", At::Line(0)));
 }
 
-fn normals_of(text: &str) -> (Vec<Vec3>, Vec<[u32; 3]>, Option<Vec<Vec3>>, Vec<u32>, Vec<String>) {
+/// Positions, triangles, normals, what was split from where, and findings.
+type Smooth = (Vec<Vec3>, Vec<[u32; 3]>, Option<Vec<Vec3>>, Vec<u32>, Vec<String>);
+
+fn normals_of(text: &str) -> Smooth {
     let Obj { positions, faces, normals, split_from, mut findings, .. } = parse(text.as_bytes(), EVERYTHING).unwrap();
     let triangles = faces.cut(&positions, &mut findings).unwrap();
     (positions, triangles, normals, split_from, findings.into_iter().map(|finding| finding.what).collect())
