@@ -202,7 +202,7 @@ fn normals_of_the_faces_are_weighted_flat_or_kept_sharp_along_creases_as_the_sce
 fn keys_that_contradict_each_other_are_refused() {
     let folder = folder(&[("a.obj", ROOF)]);
     let both = refused(&folder, "normals = \"flat\"\nphong_interpolation = false");
-    assert!(both.contains("s.toml:5:1: hittable[0].phong_interpolation: a mesh has either `normals` or"), "{both}");
+    assert!(both.contains("s.toml:5:23: hittable[0].phong_interpolation: a mesh has either `normals` or"), "{both}");
     for keys in ["normals = \"flat\"\n", "normals = \"file\"\n", "phong_interpolation = false\n"] {
         let crease = refused(&folder, &format!("{keys}crease_angle = 30"));
         assert!(crease.contains("hittable[0].crease_angle: `crease_angle` is for normals that are made"), "{crease}");
@@ -300,7 +300,7 @@ fn threads_show_neither_in_normals_nor_in_materials() {
             text += &format!("{material}f -1//-1 -2//{} -302//-301 -301//-1\n", i % 5 + 1);
         }
     }
-    assert!(text.len() > 4 << 20, "several pieces: {}", text.len());
+    assert!(text.len() > 3 << 20, "several pieces: {}", text.len());
     let folder = folder(&[("a.obj", &text), ("m.mtl", LIBRARY)]);
     let with = |n_threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();

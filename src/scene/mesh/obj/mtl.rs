@@ -254,7 +254,7 @@ mod tests {
         assert_eq!(columns("newmtl a"), (0.1 * grey, grey, DVec3::ZERO, 0.0));
         assert_eq!(columns("newmtl a\nKd 0.5\nKe 1 2 3").0, DVec3::new(1.05, 2.05, 3.05));
         assert_eq!(one("newmtl a").0.material.shininess, 1.0);
-        assert_eq!(columns("newmtl a\nKa 3e38\nKe 3e38").0.max_element(), f64::from(f32::MAX));
+        assert_eq!(columns("newmtl a\nKa 3e38\nKe 3.4e38").0.max_element(), f64::from(f32::MAX));
     }
 
     #[test]
@@ -298,5 +298,35 @@ mod tests {
                 "Line(163) 1 statement is ignored Some(\"`Pr`\")",
             ]
         );
+    }
+
+    #[test]
+    fn mutated_libraries_give_materials_that_tables_can_hold() {
+        let valid =
+            format!("{PAINT}illum 3\nd 0.5\nNi 1.5\nKe 1\nmap_Kd a.png\n{PAINT}Tr 0.5 \\\n # x\nfoo 1\n").into_bytes();
+        let mut state = 3_u64;
+        let mut random = |below: usize| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as usize % below
+        };
+        for _ in 0..5000 {
+            let mut text = valid.clone();
+            for _ in 0..=random(5) {
+                let at = random(text.len());
+                match random(3) {
+                    0 => text[at] = b"9-.e \\\n\r#\xff"[random(10)],
+                    1 => text.insert(at, text[random(text.len())]),
+                    _ => drop(text.drain(at..(at + random(9)).min(text.len()))),
+                }
+            }
+            for material in parse(&text).materials {
+                let MeshMaterial { material, transmittance, ior, .. } = material.phong();
+                let Material { ambient, diffuse, specular, reflectance, shininess, .. } = material;
+                let colors = [ambient, diffuse, specular].into_iter().flat_map(|color| color.to_array());
+                let numbers = colors.chain([shininess, reflectance.unwrap(), ior.unwrap_or(1.0)]);
+                assert!(numbers.into_iter().all(|x| (0.0..=MOST).contains(&x)), "{}", text.escape_ascii());
+                assert!((0.0..=1.0).contains(&transmittance));
+            }
+        }
     }
 }
