@@ -24,8 +24,8 @@ pub struct Creased {
 /// Faces at an edge beyond which it joins none: pairs are compared one by one. Surfaces have two.
 const MOST_FACES_AT_EDGE: usize = 16;
 
-/// The cosine of two unit normals is rounded by this at most (three products and two sums of numbers up to 1, and the
-/// normals' own roundings). An edge that is exactly as sharp as the crease angle must not fall to either side by chance.
+/// More than the roundings of two normalisations, of their dot product and of the crease angle's cosine add up to: an edge
+/// that is exactly as sharp as the crease angle must not fall to either side by chance (`docs/NUMERICS.md`).
 const COSINE_ROUNDING: f64 = 16.0 * U;
 
 /// Splits vertices along edges that are sharper than an angle. Each fan's normal is the sum of its faces' as in

@@ -222,6 +222,28 @@ mod tests {
     }
 
     #[test]
+    fn weights_are_areas_and_angles_of_the_faces() {
+        // In the xy plane two faces share a right angle at the origin; in the yz plane one has it alone, a tenth as long.
+        let positions =
+            [Vec3::ZERO, Vec3::X * 10.0, Vec3::new(10.0, 10.0, 0.0), Vec3::Y * 10.0, Vec3::new(0.0, 0.0, 1.0)];
+        let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4]];
+        let normal = |weight| FaceNormals::new(&positions, &faces).smooth_normals(weight)[0];
+        assert!(normal(Weight::Uniform).abs_diff_eq(Vec3::new(1.0, 0.0, 2.0).normalize(), 1e-7));
+        assert!(normal(Weight::Area).abs_diff_eq(Vec3::new(5.0, 0.0, 100.0).normalize(), 1e-7));
+        assert!(normal(Weight::Angle).abs_diff_eq(Vec3::new(1.0, 0.0, 1.0).normalize(), 1e-7));
+    }
+
+    #[test]
+    fn weights_of_the_smallest_and_largest_triangles_neither_vanish_nor_overflow() {
+        for scale in [1e-38_f32, 1e-45, 3e38] {
+            let positions = [Vec3::ZERO, Vec3::X * scale, Vec3::Y * scale];
+            for weight in [Weight::Area, Weight::Angle] {
+                assert_eq!(FaceNormals::new(&positions, &[[0, 1, 2]]).smooth_normals(weight), [Vec3::Z; 3], "{scale}");
+            }
+        }
+    }
+
+    #[test]
     fn threads_do_not_show_in_the_bits() {
         let ring: Vec<Vec3> =
             (0..1000).map(|i| Vec3::new((i as f32).sin(), (i as f32).cos(), (i % 7) as f32)).collect();

@@ -176,9 +176,10 @@ impl World {
         let first_vertex = tables.positions.len() as u32;
         let first_triangle = tables.vertices.len() as u32;
         let first_normal = normals.as_ref().map(|_| tables.normals.len() as u32);
-        for MeshPart { first_triangle: before, material } in
-            std::iter::once(MeshPart { first_triangle: 0, material }).chain(parts)
-        {
+        let first_part = MeshPart { first_triangle: 0, material };
+        let has_first_part = parts.first().is_none_or(|part| part.first_triangle > 0);
+        let all_parts = has_first_part.then_some(first_part).into_iter().chain(parts);
+        for MeshPart { first_triangle: before, material } in all_parts {
             self.meshes.first_triangle.push(first_triangle + before);
             self.meshes.first_vertex.push(first_vertex);
             self.meshes.first_normal.push(first_normal);

@@ -222,7 +222,7 @@ fn cut_obj(
         let material = of_name.get(name as usize).copied().flatten();
         let begins_here = |range: &mut MaterialRange| range.first_triangle as usize == first_triangle;
         material_ranges.pop_if(begins_here);
-        if material_ranges.last().map_or(None, |range| range.material) != material {
+        if material_ranges.last().and_then(|range| range.material) != material {
             material_ranges.push(MaterialRange { first_triangle: first_triangle as u32, material });
         }
     }

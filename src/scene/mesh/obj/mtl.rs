@@ -125,7 +125,8 @@ impl Reader<'_> {
         };
         let mut findings = Vec::new();
         findings.extend(homeless.finding(|count| {
-            format!("{} before the first `newmtl` and ignored", counted(count, "statement stands", "statements stand"))
+            let statements = counted(count, "statement is", "statements are");
+            format!("{statements} ignored: no `newmtl` stands above")
         }));
         findings.extend(
             malformed.finding(|count| format!("{} ignored", counted(count, "value is", "values are"))).map(|finding| {
@@ -210,6 +211,126 @@ impl MtlMaterial {
                 k_t,
                 ior: self.ior.filter(|_| bends).unwrap_or(if bends { Material::default().ior } else { 1.0 }),
             },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The one material of a text, and the findings.
+    fn one(text: &str) -> (MeshMaterial, Vec<String>) {
+        let Library { materials, findings } = parse(text.as_bytes());
+        assert_eq!(materials.len(), 1, "{text}");
+        (materials[0].phong(), findings.into_iter().map(|finding| finding.what).collect())
+    }
+
+    /// Columns that the tables are made of: ambient, diffuse, specular, mirror.
+    fn columns(text: &str) -> (DVec3, DVec3, DVec3, f64) {
+        let Material { ambient, diffuse, specular, k_a, k_d, k_s, reflectance, .. } = one(text).0.material;
+        (k_a * ambient, k_d * diffuse, k_s * specular, reflectance.unwrap())
+    }
+
+    const PAINT: &str = "newmtl a\nKa 0.5 0.5 1\nKd 0.2 0.4 0.6\nKs 0.1 0.2 0.6\nNs 32\n";
+
+    #[test]
+    fn illumination_models_say_which_terms_there_are() {
+        let (ambient, diffuse, specular) =
+            (DVec3::new(0.05, 0.05, 0.1), DVec3::new(0.2, 0.4, 0.6), DVec3::new(0.1, 0.2, 0.6));
+        let of_model = |model: &str| columns(&format!("{PAINT}{model}"));
+        assert_eq!(of_model("illum 0"), (diffuse, DVec3::ZERO, DVec3::ZERO, 0.0));
+        assert_eq!(of_model("illum 1"), (ambient, diffuse, DVec3::ZERO, 0.0));
+        for highlight in ["", "illum 2", "illum 10"] {
+            assert_eq!(of_model(highlight), (ambient, diffuse, specular, 0.0), "{highlight}");
+        }
+        for model in 3..=9 {
+            let (a, d, s, mirror) = of_model(&format!("illum {model}"));
+            assert_eq!((a, d, s), (ambient, diffuse, specular));
+            assert!((mirror - 0.3).abs() < 1e-15, "the mean of Ks: {mirror}");
+        }
+        assert_eq!(one(PAINT).0.material.shininess, 32.0);
+    }
+
+    #[test]
+    fn what_is_not_stated_has_a_default_and_ke_glows() {
+        let grey = DVec3::splat(0.8);
+        assert_eq!(columns("newmtl a"), (0.1 * grey, grey, DVec3::ZERO, 0.0));
+        assert_eq!(columns("newmtl a\nKd 0.5\nKe 1 2 3").0, DVec3::new(1.05, 2.05, 3.05));
+        assert_eq!(one("newmtl a").0.material.shininess, 1.0);
+        assert_eq!(columns("newmtl a\nKa 3e38\nKe 3.4e38").0.max_element(), f64::from(f32::MAX));
+    }
+
+    #[test]
+    fn transparency_is_noted_in_both_spellings_and_d_overrules_tr() {
+        let noted = |text: &str| {
+            let material = one(&format!("newmtl a\n{text}")).0;
+            (material.transmittance, material.ior)
+        };
+        assert_eq!(noted("d 0.25\nNi 1.5"), (0.75, Some(1.5)));
+        assert_eq!(noted("d -halo 0.25"), (0.75, None));
+        assert_eq!(noted("Tr 0.25"), (0.25, None));
+        assert_eq!(noted("Tr 1\nd 1"), (0.0, None));
+    }
+
+    #[test]
+    fn names_may_have_blanks_and_any_bytes_and_statements_any_line_end_and_indentation() {
+        let Library { materials, findings } =
+            parse(b"# made by hand\r\n  newmtl \t two words #2 \r\n\tKd 1 0 \\\r\n 0\r\nnewmtl caf\xe9\rKd 0 1 0");
+        assert!(findings.is_empty(), "{findings:?}");
+        assert_eq!(
+            (materials[0].name.as_slice(), materials[1].name.as_slice()),
+            (&b"two words #2"[..], &b"caf\xe9"[..])
+        );
+        assert_eq!((materials[0].diffuse, materials[1].diffuse), (Some(DVec3::X), Some(DVec3::Y)));
+        assert_eq!(materials[1].phong().name, "caf\u{fffd}");
+    }
+
+    #[test]
+    fn malformed_values_are_passed_over_and_counted_once_with_the_first() {
+        let text = "Kd 1 1 1\nnewmtl a\nKd 0.5\nKd 1 x 1\nKd -1 0 0\nKd 1 2\nKs nan 0 0\nNs\nillum 1.5\nillum 99\nd 2\nNi 0\n\
+                    Ka spectral a.rfl\nKa xyz 1 1 1\nmap_Kd a.png\nbump b.png\nmap_Bump c.png\nPr 1\nTf 1 1 1\nsharpness 60\n";
+        let Library { materials, findings } = parse(text.as_bytes());
+        assert_eq!(materials[0].phong().material.diffuse, DVec3::splat(0.5));
+        let told: Vec<String> = findings.iter().map(|f| format!("{:?} {} {:?}", f.at, f.what, f.found)).collect();
+        assert_eq!(
+            told,
+            [
+                "Line(0) 1 statement is ignored: no `newmtl` stands above None",
+                "Line(25) 11 values are ignored Some(\"`Kd 1 x 1`\")",
+                "Line(124) 3 textures are ignored: colours come from Ka, Kd and Ks alone None",
+                "Line(163) 1 statement is ignored Some(\"`Pr`\")",
+            ]
+        );
+    }
+
+    #[test]
+    fn mutated_libraries_give_materials_that_tables_can_hold() {
+        let valid =
+            format!("{PAINT}illum 3\nd 0.5\nNi 1.5\nKe 1\nmap_Kd a.png\n{PAINT}Tr 0.5 \\\n # x\nfoo 1\n").into_bytes();
+        let mut state = 3_u64;
+        let mut random = |below: usize| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as usize % below
+        };
+        for _ in 0..5000 {
+            let mut text = valid.clone();
+            for _ in 0..=random(5) {
+                let at = random(text.len());
+                match random(3) {
+                    0 => text[at] = b"9-.e \\\n\r#\xff"[random(10)],
+                    1 => text.insert(at, text[random(text.len())]),
+                    _ => drop(text.drain(at..(at + random(9)).min(text.len()))),
+                }
+            }
+            for material in parse(&text).materials {
+                let MeshMaterial { material, transmittance, ior, .. } = material.phong();
+                let Material { ambient, diffuse, specular, reflectance, shininess, .. } = material;
+                let colors = [ambient, diffuse, specular].into_iter().flat_map(|color| color.to_array());
+                let numbers = colors.chain([shininess, reflectance.unwrap(), ior.unwrap_or(1.0)]);
+                assert!(numbers.into_iter().all(|x| (0.0..=MOST).contains(&x)), "{}", text.escape_ascii());
+                assert!((0.0..=1.0).contains(&transmittance));
+            }
         }
     }
 }

@@ -191,3 +191,143 @@ fn a_hopeless_tangle_of_many_corners_is_given_up() {
     let corners: Vec<u32> = (0..n as u32).collect();
     assert!(Cutter::new(corners.len()).cut(&corners, &plane(&tangle)).is_none());
 }
+
+// An independent oracle: exact integers, and nothing of the cutter.
+
+type Point = (i64, i64);
+
+/// Twice the signed area of a triangle; coordinates below 2³⁰ cannot overflow it.
+fn turn(a: Point, b: Point, c: Point) -> i64 {
+    (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)
+}
+
+fn is_on(p: Point, a: Point, b: Point) -> bool {
+    let between = |x: i64, from: i64, to: i64| x >= from.min(to) && x <= from.max(to);
+    turn(a, b, p) == 0 && between(p.0, a.0, b.0) && between(p.1, a.1, b.1)
+}
+
+/// Whether two segments have a point in common.
+fn meet(a: Point, b: Point, c: Point, d: Point) -> bool {
+    let crosses =
+        turn(a, b, c).signum() * turn(a, b, d).signum() < 0 && turn(c, d, a).signum() * turn(c, d, b).signum() < 0;
+    crosses || is_on(a, c, d) || is_on(b, c, d) || is_on(c, a, b) || is_on(d, a, b)
+}
+
+/// Whether the insides of two counter-clockwise triangles have no point in common: an edge of one has the other behind it.
+fn are_apart(a: [Point; 3], b: [Point; 3]) -> bool {
+    let separates =
+        |a: [Point; 3], b: [Point; 3]| (0..3).any(|edge| b.iter().all(|&p| turn(a[edge], a[(edge + 1) % 3], p) <= 0));
+    separates(a, b) || separates(b, a)
+}
+
+/// A ring that neither touches nor crosses itself, grown corner by corner on a grid; small grids give many corners on
+/// straight edges.
+fn random_ring(n_corners: usize, grid: usize, random: &mut impl FnMut(usize) -> usize) -> Vec<Point> {
+    let mut ring: Vec<Point> = Vec::new();
+    while ring.len() < 3 || turn(ring[0], ring[1], ring[2]) == 0 {
+        ring = (0..3).map(|_| (random(grid) as i64, random(grid) as i64)).collect();
+    }
+    for _ in 0..50 * n_corners {
+        let n = ring.len();
+        if n == n_corners {
+            break;
+        }
+        let edge = random(n);
+        let (a, b, p) = (ring[edge], ring[(edge + 1) % n], (random(grid) as i64, random(grid) as i64));
+        let is_free = (0..n).filter(|&other| other != edge).all(|other| {
+            let (c, d) = (ring[other], ring[(other + 1) % n]);
+            // Neighbours share a corner, and may not have more in common.
+            let before = !meet(a, p, c, d) || (d == a && !is_on(p, c, d) && !is_on(c, a, p));
+            let after = !meet(p, b, c, d) || (c == b && !is_on(p, c, d) && !is_on(d, p, b));
+            before && after
+        });
+        let folds_back = p == a || p == b || is_on(a, p, b) || is_on(b, a, p);
+        if is_free && !folds_back {
+            ring.insert(edge + 1, p);
+        }
+    }
+    ring
+}
+
+/// Checks a cut of a ring without self-contact, some corners of which may be written more than once in a row.
+fn check_cut(ring: &[Point], place: impl Fn(Point) -> Vec3) {
+    let positions: Vec<Vec3> = ring.iter().map(|&point| place(point)).collect();
+    let triangles = cut(&positions);
+    let mut corners = ring.to_vec();
+    corners.dedup();
+    while corners.len() > 1 && corners[0] == corners[corners.len() - 1] {
+        corners.pop();
+    }
+    assert_eq!(triangles.len(), corners.len() - 2, "{ring:?}");
+    let n = corners.len();
+    let whole: i64 = (0..n).map(|i| turn((0, 0), corners[i], corners[(i + 1) % n])).sum();
+    let parts: Vec<[Point; 3]> = triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|corner| ring[corner as usize]);
+            assert!(turn(a, b, c) * whole.signum() > 0, "{triangle:?} is turned or has no area: {ring:?}");
+            if whole > 0 { [a, b, c] } else { [c, b, a] }
+        })
+        .collect();
+    assert_eq!(parts.iter().map(|&[a, b, c]| turn(a, b, c)).sum::<i64>(), whole.abs(), "{ring:?}");
+    for (i, &a) in parts.iter().enumerate() {
+        assert!(parts[i + 1..].iter().all(|&b| are_apart(a, b)), "triangles overlap: {ring:?}");
+    }
+}
+
+#[test]
+fn random_rings_with_straight_and_repeated_corners_are_cut_as_exact_integers_say() {
+    let mut state = 5_u64;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below
+    };
+    let mut n_most = 0;
+    for round in 0..3000 {
+        let grid = [4, 6, 10, 1 << 20][round % 4];
+        let n_corners = 3 + random(40);
+        let mut ring = random_ring(n_corners, grid, &mut random);
+        n_most = n_most.max(ring.len());
+        if round % 3 == 0 {
+            for _ in 0..=random(4) {
+                let corner = random(ring.len());
+                ring.insert(corner, ring[corner]);
+            }
+        }
+        if round % 2 == 0 {
+            ring.reverse();
+        }
+        let turn = random(ring.len());
+        ring.rotate_left(turn);
+        // Flat in space, in the three planes and tilted: exact in f32 on small grids.
+        let scale = if round % 5 == 0 { 2_f32.powi(-100) } else { 1.0 };
+        check_cut(&ring, |(x, y)| scale * Vec3::new(x as f32, y as f32, 0.0));
+        check_cut(&ring, |(x, y)| scale * Vec3::new(1.0, x as f32, y as f32));
+        if grid <= 10 {
+            check_cut(&ring, |(x, y)| scale * Vec3::new(y as f32, (2 * x - y) as f32, (x + 3 * y) as f32));
+        }
+    }
+    assert!(n_most > 35, "{n_most}");
+}
+
+#[test]
+fn gears_of_144_corners_are_cut_as_exact_integers_say() {
+    for teeth in [36_usize, 18, 12] {
+        let per_tooth = 144 / teeth;
+        let mut gear: Vec<Point> = (0..144)
+            .map(|i| {
+                // Straight flanks, with corners on their middle where a tooth has more than four.
+                let radius = if i % per_tooth < per_tooth / 2 { 1_000_000.0 } else { 780_000.0 };
+                let angle = std::f64::consts::TAU * i as f64 / 144.0;
+                ((radius * angle.cos()).round() as i64, (radius * angle.sin()).round() as i64)
+            })
+            .collect();
+        for _ in 0..2 {
+            check_cut(&gear, |(x, y)| Vec3::new(x as f32, y as f32, 0.0));
+            check_cut(&gear, |(x, y)| Vec3::new(y as f32, 5.0, x as f32));
+            check_cut(&gear, |(x, y)| Vec3::new(-7.0, x as f32, y as f32));
+            gear.reverse();
+            gear.rotate_left(7);
+        }
+    }
+}
