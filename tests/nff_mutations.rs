@@ -43,7 +43,7 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
         "v from",
         "c 0 0 0 1 0 0 0 1\n",
     ];
-    for _ in 0..1 + random.next(4) {
+    for _ in 0..1 + random.next(2) {
         let at = random.next(bytes.len());
         match random.next(5) {
             0 => bytes.iter_mut().skip(at).take(1).for_each(|byte| *byte = random.next(256) as u8),
@@ -85,5 +85,5 @@ fn mutated_texts_load_or_are_refused_with_file_and_line() {
             }
         }
     }
-    assert!(n_loaded > 2000 && n_refused > 2000, "{n_loaded} {n_refused}");
+    assert!(n_loaded > 1500 && n_refused > 1500, "{n_loaded} {n_refused}");
 }

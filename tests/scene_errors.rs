@@ -124,7 +124,7 @@ const CASES: &[Case] = &[
         told: &["s.toml:2:1: render.qqqqqq: unknown key (known here: samples, sampler, seed, max_depth, exposure, background, two_sided, terminator)"] },
     Case { name: "a key of another type of object",
         scene: "[[hittable]]\ntype = \"sphere\"\nposition = [0, 0, 0]\nradius = 1\nfile_path = \"a.ply\"\n",
-        told: &["s.toml:5:1: hittable[0].file_path: unknown key (known here: type, name, ambient, diffuse, specular, k_a, k_d, k_s, sh, material, position, radius)"] },
+        told: &["s.toml:5:1: hittable[0].file_path: unknown key (known here: type, name, ambient, diffuse, specular, k_a, k_d, k_s, sh, k_t, ior, material, position, radius)"] },
     Case { name: "an unknown type of object",
         scene: "[[hittable]]\ntype = \"shpere\"\n",
         told: &["s.toml:2:8: hittable[0].type: unknown type: found \"shpere\", expected \"sphere\", \"quadric\", \"triangle\" or \"mesh\" (did you mean \"sphere\"?)"] },

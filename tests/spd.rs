@@ -117,6 +117,6 @@ fn the_other_databases_load_without_a_warning_and_show_something() {
         // nurbtst winds its patches against their normals.
         assert_eq!(scene.warnings.len(), usize::from(name == "nurbtst"), "{name}: {:?}", scene.warnings);
         let rays = rays(&scene);
-        assert!(rays.camera_hit > 500 && rays.shadow > 200, "{name}: {rays:?}");
+        assert!(rays.camera_hit > 50 && rays.shadow > 50, "{name}: {rays:?}");
     }
 }

@@ -159,8 +159,11 @@ impl World {
         let MeshInput { mut positions, triangles: mut faces, normals, material, mut parts, object } = mesh;
 
         // Drop what cannot be hit; a non-finite position that no face uses any more must not reach the tables either.
-        let dropped =
-            faces.par_iter().map(|face| Dropped::of(face, &positions)).reduce(Dropped::default, Dropped::plus);
+        let dropped = faces
+            .par_iter()
+            .with_min_len(1 << 12)
+            .map(|face| Dropped::of(face, &positions))
+            .reduce(Dropped::default, Dropped::plus);
         if dropped != Dropped::default() {
             drop_faces(&mut faces, &positions, &mut parts);
         }
