@@ -262,15 +262,21 @@ mod tests {
     }
 
     #[test]
-    fn transparency_is_noted_in_both_spellings_and_d_overrules_tr() {
-        let noted = |text: &str| {
-            let material = one(&format!("newmtl a\n{text}")).0;
-            (material.transmittance, material.ior)
+    fn what_is_dissolved_lets_the_rest_through_and_bends_where_the_model_refracts() {
+        let through = |text: &str| {
+            let Material { k_t, ior, .. } = one(&format!("newmtl a\n{text}")).0.material;
+            (k_t, ior)
         };
-        assert_eq!(noted("d 0.25\nNi 1.5"), (0.75, Some(1.5)));
-        assert_eq!(noted("d -halo 0.25"), (0.75, None));
-        assert_eq!(noted("Tr 0.25"), (0.25, None));
-        assert_eq!(noted("Tr 1\nd 1"), (0.0, None));
+        assert_eq!(through("d 0.25\nNi 1.3"), (0.75, 1.0));
+        assert_eq!(through("d 0.25\nNi 1.3\nillum 6"), (0.75, 1.3));
+        assert_eq!(through("d -halo 0.25\nillum 4"), (0.75, Material::default().ior));
+        assert_eq!(through("Tr 0.25"), (0.25, 1.0));
+        assert_eq!(through("Tr 1\nd 1").0, 0.0, "d overrules Tr");
+        let (ambient, diffuse, specular, _) = columns(&format!("{PAINT}d 0.5"));
+        assert_eq!(
+            (2.0 * ambient, 2.0 * diffuse, 2.0 * specular.x),
+            (DVec3::new(0.05, 0.05, 0.1), DVec3::new(0.2, 0.4, 0.6), 0.1)
+        );
     }
 
     #[test]
@@ -324,12 +330,12 @@ mod tests {
                 }
             }
             for material in parse(&text).materials {
-                let MeshMaterial { material, transmittance, ior, .. } = material.phong();
-                let Material { ambient, diffuse, specular, reflectance, shininess, .. } = material;
+                let Material { ambient, diffuse, specular, reflectance, shininess, k_t, ior, .. } =
+                    material.phong().material;
                 let colors = [ambient, diffuse, specular].into_iter().flat_map(|color| color.to_array());
-                let numbers = colors.chain([shininess, reflectance.unwrap(), ior.unwrap_or(1.0)]);
+                let numbers = colors.chain([shininess, reflectance.unwrap(), ior]);
                 assert!(numbers.into_iter().all(|x| (0.0..=MOST).contains(&x)), "{}", text.escape_ascii());
-                assert!((0.0..=1.0).contains(&transmittance));
+                assert!((0.0..=1.0).contains(&k_t) && ior > 0.0);
             }
         }
     }
