@@ -6,6 +6,7 @@
 
 mod world_kit;
 
+use flatray::numeric::clip::Clip;
 use flatray::render::Settings;
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, World};
 use glam::{DMat4, DVec3, Vec3};
@@ -199,6 +200,73 @@ fn check_revolution(matrix: DMat4, eye_at: DVec3, look_at: DVec3, first_hit: imp
         }
         Expected::Radiance(phong(&paint(), n, l, -d, 0.6, true))
     });
+}
+
+#[test]
+fn a_ball_in_the_sun_throws_a_shadow_that_does_not_grow() {
+    let (center, radius, sun) = (DVec3::new(0.25, 2.0, 0.0), 0.75, DVec3::new(0.5, -2.0, -1.0));
+    let (mut world, material) = world_of(&paint());
+    world.background = SKY;
+    world.lights.add_directional(3.0 * sun, DVec3::splat(0.8));
+    world.quadrics.add(quadric([0.0; 3], [0.0, 1.0, 0.0], 0.0), material, OBJECT);
+    world.spheres.add(center, radius, material, OBJECT);
+    let camera = camera(DVec3::new(-3.0, 5.0, 6.0), DVec3::ZERO, 50.0, 64, 48);
+    let l = -sun.normalize();
+    let distance_to_line = |p: DVec3, direction: DVec3| (center - p).cross(direction).length();
+    let n_dark = std::cell::Cell::new(0);
+    // One ray only: the mirror images of ball and floor are not described.
+    check(&world, &camera, 1, 1500, |d| {
+        let off = distance_to_line(eye(&camera), d);
+        if off < radius {
+            let foot = eye(&camera) + (center - eye(&camera)).dot(d) * d;
+            let p = foot - (radius * radius - off * off).sqrt() * d;
+            let n = (p - center) / radius;
+            // The floor, under the ball, hides no sun.
+            let unsaid = n.dot(-d) < FLATTEST || n.dot(l).abs() < 1e-9;
+            return if unsaid { Expected::Unsaid } else { Expected::Radiance(phong(&paint(), n, l, -d, 0.8, true)) };
+        }
+        if d.y >= 0.0 {
+            return if d.y > 0.0 { Expected::Sky } else { Expected::Unsaid };
+        }
+        let p = eye(&camera) - eye(&camera).y / d.y * d;
+        let outline = distance_to_line(p, l) / radius;
+        if d.y.abs() < FLATTEST || (off / radius - 1.0).abs() < 1e-9 || (outline - 1.0).abs() < 1e-9 {
+            return Expected::Unsaid;
+        }
+        n_dark.set(n_dark.get() + usize::from(outline < 1.0));
+        Expected::Radiance(phong(&paint(), DVec3::Y, l, -d, 0.8, outline > 1.0))
+    });
+    assert!(n_dark.get() > 50, "{} pixels in the shadow", n_dark.get());
+}
+
+#[test]
+fn a_tube_shows_its_inside_through_its_open_end() {
+    let (radius, stand) = (0.8, DVec3::new(0.0, 3.5, 4.0));
+    let light = stand + DVec3::new(0.5, 1.0, 0.0);
+    let (mut world, material) = lit_world(light, 0.6);
+    let matrix = quadric([1.0, 0.0, 1.0], [0.0; 3], -radius * radius);
+    world.quadrics.add_clipped(matrix, Clip::along(-DVec3::Y, 2.0 * DVec3::Y), material, OBJECT);
+    let camera = camera(stand, DVec3::ZERO, 40.0, 60, 44);
+    let n_inside = std::cell::Cell::new(0);
+    check(&world, &camera, 1, 400, |d| {
+        let (a, b) = (d.x * d.x + d.z * d.z, d.x * stand.x + d.z * stand.z);
+        let discriminant = b * b - a * (stand.x * stand.x + stand.z * stand.z - radius * radius);
+        if discriminant < 0.0 {
+            return Expected::Sky;
+        }
+        let roots = [(-b - discriminant.sqrt()) / a, (-b + discriminant.sqrt()) / a];
+        let first = roots.map(|t| stand + t * d).into_iter().find(|p| p.y.abs() <= 1.0);
+        let Some(p) = first else { return Expected::Sky };
+        let n = DVec3::new(p.x, 0.0, p.z) / radius;
+        let l = (light - p).normalize();
+        if n.dot(-d).abs() < FLATTEST || n.dot(l).abs() < 1e-9 {
+            return Expected::Unsaid;
+        }
+        // Inside, the normal points away from viewer and light.
+        n_inside.set(n_inside.get() + usize::from(n.dot(d) > 0.0));
+        Expected::Radiance(phong(&paint(), n, l, -d, 0.6, true))
+    });
+    assert!(n_inside.get() > 50, "{} pixels of the inside", n_inside.get());
 }
 
 #[test]

@@ -44,9 +44,16 @@ fn every_key_that_the_reader_knows_stands_in_the_document() {
         [[hittable]]\ntype = \"sphere\"\nposition = [0, 0, 0]\nradius = 1\nzzz = 1\n\
         [[hittable]]\ntype = \"quadric\"\nA = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,-1]]\nzzz = 1\n\
         [[hittable]]\ntype = \"triangle\"\na = [0,0,0]\nb = [1,0,0]\nc = [0,1,0]\nzzz = 1\n\
+        [[light_source]]\ntype = \"directional\"\ndirection = [0, -1, 0]\nzzz = 1\n\
+        [[hittable]]\ntype = \"ellipsoid\"\nposition = [0, 0, 0]\nradii = [1, 1, 1]\nzzz = 1\n\
+        [[hittable]]\ntype = \"plane\"\nposition = [0, 0, 0]\nnormal = [0, 1, 0]\nzzz = 1\n\
+        [[hittable]]\ntype = \"cylinder\"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nradius = 1\nzzz = 1\n\
+        [[hittable]]\ntype = \"cone\"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nradius = 1\nzzz = 1\n\
+        [[hittable]]\ntype = \"paraboloid\"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nradius = 1\nzzz = 1\n\
+        [[hittable]]\ntype = \"hyperboloid\"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nradius = 1\nwaist = 1\nzzz = 1\n\
         [[hittable]]\ntype = \"mesh\"\nvertices = [[0,0,0],[1,0,0],[0,1,0]]\nfaces = [[0,1,2]]\nzzz = 1\n";
     let error = load_text(text, "test.toml", None, &Overrides::default()).unwrap_err();
-    assert_eq!(error.problems.len(), 9, "{error}");
+    assert_eq!(error.problems.len(), 16, "{error}");
     let document = document();
     let mut n_keys = 0;
     for problem in &error.problems {
@@ -58,7 +65,7 @@ fn every_key_that_the_reader_knows_stands_in_the_document() {
             n_keys += 1;
         }
     }
-    assert!(n_keys > 60, "{n_keys}");
+    assert!(n_keys > 150, "{n_keys}");
 }
 
 #[test]

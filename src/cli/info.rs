@@ -271,6 +271,7 @@ mod tests {
         let material = world.materials.add(&Material { k_s: 0.5, ..Material::default() });
         world.spheres.add(DVec3::new(0.0, 0.0, -3.0), 1.0, material, ObjectId(0));
         world.lights.add(DVec3::Y, DVec3::ONE);
+        world.lights.add_directional(-2.0 * DVec3::Z, DVec3::ONE);
         let camera = Camera { world_from_camera: DMat4::IDENTITY, fov_y_radians: 1.0, width_px: 40, height_px: 30 };
         let names = Names { objects: vec!["ball".into()], materials: vec!["chrome".into()] };
         Compiled { world, camera, render: RenderKeys::default(), names, warnings: Vec::new() }
@@ -289,6 +290,7 @@ mod tests {
         assert_eq!(json["primitives"]["triangles"], 0);
         assert_eq!(json["materials"][0]["name"], "chrome");
         assert_eq!(json["lights"][0]["position"], serde_json::json!([0.0, 1.0, 0.0]));
+        assert_eq!(json["lights"][1], serde_json::json!({"direction": [0.0, 0.0, -1.0], "intensity": [1.0, 1.0, 1.0]}));
         assert_eq!(json["bounds"]["hi"][2].as_f64().map(f64::round), Some(-2.0));
         assert_eq!(json["bvh"]["sah_cost"], serde_json::Value::Null);
         assert_eq!(json["features"]["found"], serde_json::json!(["spheres", "reflection", "direct light and shadows"]));

@@ -222,6 +222,7 @@ mod tests {
         let mut world = World::from_triangles(positions, triangles).unwrap();
         world.lights.add(DVec3::new(1.0, 3.0, 1.0), DVec3::ONE);
         world.lights.add(DVec3::new(-2.0, 1.0, 1.0), DVec3::ONE);
+        world.lights.add_directional(DVec3::new(0.5, -2.0, 0.3), DVec3::ONE);
         let frame = Camera::look_at_frame(DVec3::new(0.2, 1.2, 1.8), DVec3::ZERO, DVec3::Y).unwrap();
         (world, Camera { world_from_camera: frame, fov_y_radians: 0.8, width_px: 45, height_px: 34 })
     }
@@ -240,6 +241,10 @@ mod tests {
             assert!(once.rays(kind, RayPrecision::F32).iter().all(|ray| *ray == rounded(ray)), "{kind:?}");
             assert!(once.rays(kind, RayPrecision::F64).iter().any(|ray| *ray != rounded(ray)), "{kind:?}");
         }
+        // Those to the directional light come last, and end nowhere.
+        let shadow = once.rays(RayKind::Shadow, RayPrecision::F64);
+        let n_endless = shadow.iter().rev().take_while(|ray| ray.t_max == f64::INFINITY).count();
+        assert!(n_endless > 100 && n_endless < shadow.len(), "{n_endless} of {}", shadow.len());
     }
 
     #[test]

@@ -44,22 +44,22 @@ pub fn local(desc: &NamedQuadricDesc) -> Local {
             let n = normal / power_of_two_below(normal.abs().max_element());
             about(position, form(DMat3::ZERO, 0.5 * n, 0.0), clip.map(object_box))
         }
-        NamedQuadricDesc::Cylinder { base, top, radius } => of_revolution(base, top, base, 0.0, -radius, 0.0),
+        NamedQuadricDesc::Cylinder { base, top, radius } => of_revolution(base, top, base, radius, 0.0, 0.0),
         NamedQuadricDesc::Cone { base, top, radius, top_radius } => {
             // At a height h the radius is r + m·h.
             let m = (top_radius - radius) / (top - base).length();
-            of_revolution(base, top, base, m * m, -radius, radius * m)
+            of_revolution(base, top, base, radius, radius * m, m * m)
         }
         NamedQuadricDesc::Paraboloid { base, top, radius } => {
             // ρ² = h·r²/H.
             let half = 0.5 * radius * (radius / (top - base).length());
-            of_revolution(base, top, base, 0.0, 0.0, half)
+            of_revolution(base, top, base, 0.0, half, 0.0)
         }
         NamedQuadricDesc::Hyperboloid { base, top, radius, waist } => {
             // ρ² = w² + (r² − w²)·(h/(H/2))², from the middle.
             let half = 0.5 * (top - base).length();
             let m_squared = ((radius - waist) / half) * ((radius + waist) / half);
-            of_revolution(base, top, 0.5 * base + 0.5 * top, m_squared, -waist, 0.0)
+            of_revolution(base, top, 0.5 * base + 0.5 * top, waist, 0.0, m_squared)
         }
     }
 }
@@ -76,9 +76,8 @@ pub fn object_box(clip: BoxDesc) -> Clip {
     Clip::world_box(clip.lo, clip.hi)
 }
 
-/// ρ² = s·|s|·(−1) + 2g·h + q·h² between base and top, ρ being the distance from the axis and h the height above `center` along
-/// it; s is not positive.
-fn of_revolution(base: DVec3, top: DVec3, center: DVec3, q: f64, s: f64, g: f64) -> Local {
+/// ρ² = r² + 2g·h + q·h² between base and top, ρ being the distance from the axis and h the height above `center` along it.
+fn of_revolution(base: DVec3, top: DVec3, center: DVec3, r: f64, g: f64, q: f64) -> Local {
     let axis = top - base;
     let n = axis.normalize();
     // I − nnᵀ by the squares of the other components: an axis of the world is exact.
@@ -89,7 +88,7 @@ fn of_revolution(base: DVec3, top: DVec3, center: DVec3, q: f64, s: f64, g: f64)
         column
     };
     let rows = DMat3::from_cols(column(yy + zz, 0), column(xx + zz, 1), column(xx + yy, 2));
-    about(center, form(symmetric(rows), -g * n, -s * s), Some(Clip::along(base, axis)))
+    about(center, form(symmetric(rows), -g * n, -r * r), Some(Clip::along(base, axis)))
 }
 
 /// xᵀQx + 2 g·x + s.
