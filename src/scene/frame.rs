@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DMat4, DVec3};
 use rayon::prelude::*;
 
+use super::mesh::Wants;
 use super::normals::FaceNormals;
 use super::{Compiled, Names, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, validate};
 use crate::error::{Error, Place, Problem};
@@ -48,8 +49,11 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     let width_px = overrides.width_px.unwrap_or(DEFAULT_WIDTH_PX);
     let height_px = overrides.height_px.unwrap_or(DEFAULT_HEIGHT_PX);
     validate::image_size(width_px, height_px).map_err(|problem| *problem)?;
-    let file = mesh::load(path)?;
+    let file = mesh::load_wanted(path, Wants { normals: false })?;
     let mut warnings = file.warnings;
+    if overrides.find_duplicates || overrides.strict {
+        warnings.extend(geometry::duplicate_faces(&file.positions, &file.triangles, path));
+    }
     let (mut world, dropped) = world_of(file.positions, file.triangles).map_err(|mut error| {
         error.problems.iter_mut().for_each(|problem| problem.place.file = Some(path.to_path_buf()));
         error

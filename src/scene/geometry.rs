@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::Vec3;
+
 use super::compile::Base;
 use super::desc::{HittableDesc, MeshDesc, MeshSource, QuadricDesc, ShapeDesc, Spanned, SphereDesc, TriangleDesc};
-use super::mesh::MeshFile;
+use super::mesh::{MeshFile, Wants};
 use super::report::Report;
 use super::{mesh, normals, validate};
 use crate::error::{Error, Place, Problem};
@@ -107,7 +109,7 @@ fn add_triangle(
         Ok((_, dropped)) if dropped == Dropped::default() => {}
         Ok(_) => {
             let problem = Problem::new(Place::default(), "the triangle has no area and was left out");
-            report.warning(&hittable.span, &hittable.key, problem);
+            report.warning(&hittable.span, &hittable.key, problem.defect());
         }
         Err(error) => report.mistakes_elsewhere(&hittable.span, placed(error, report.file(), hittable)),
     }
@@ -143,6 +145,10 @@ fn add_mesh(
     if report.has_mistakes() {
         return;
     }
+    if base.find_duplicates {
+        let problems = duplicate_faces(&positions, &triangles, &path).into_iter().collect();
+        report.warnings_elsewhere(span, placed(Error { problems }, &path, hittable));
+    }
     let smooth = phong_interpolation.unwrap_or(true);
     let normals = smooth.then(|| normals::smooth_normals(&positions, &triangles));
     match world.add_mesh(MeshInput { positions, triangles, normals, material, object }) {
@@ -169,7 +175,7 @@ fn load_mesh_file(
         report.mistake(&file_path.span, &format!("{}.file_path", hittable.key), problem);
         return None;
     };
-    match mesh::load(path) {
+    match mesh::load_wanted(path, Wants { normals: false }) {
         Ok(file) => Some((path.clone(), file)),
         Err(error) => {
             report.mistakes_elsewhere(&file_path.span, placed(error, path, hittable));
@@ -193,12 +199,19 @@ pub fn warnings_about(dropped: Dropped, path: &Path) -> Vec<Problem> {
     let Dropped { non_finite, zero_area } = dropped;
     let counted = |n: usize, what: &str| {
         let faces = if n == 1 { "1 face".to_owned() } else { format!("{n} faces") };
-        (n > 0).then(|| Problem::new(Place::file(path), format!("{faces} {what} left out")))
+        (n > 0).then(|| Problem::new(Place::file(path), format!("{faces} {what} left out")).defect())
     };
     [counted(non_finite, "with a NaN or infinite corner"), counted(zero_area, "without area")]
         .into_iter()
         .flatten()
         .collect()
+}
+
+/// A warning of faces that are there more than once, if there are any. They stay: the first of them is what is hit.
+pub fn duplicate_faces(positions: &[Vec3], triangles: &[[u32; 3]], path: &Path) -> Option<Problem> {
+    let n = mesh::count_duplicate_faces(positions, triangles);
+    let faces = if n == 1 { "1 face is".to_owned() } else { format!("{n} faces are") };
+    (n > 0).then(|| Problem::new(Place::file(path), format!("{faces} there already, and hidden by the first")).defect())
 }
 
 /// Problems of a mesh, each naming the file if it does not yet, and the object that asked for it.

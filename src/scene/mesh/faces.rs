@@ -124,14 +124,15 @@ impl Faces {
     /// When a polygon is too tangled to be cut in reasonable time.
     pub fn cut(self, positions: &[Vec3], findings: &mut Vec<Finding>) -> Outcome<Vec<[u32; 3]>> {
         let Faces { mut triangles, polygons, corners, too_short, .. } = self;
-        findings.extend(too_short.finding(|count| {
+        let left_out = too_short.finding(|count| {
             let faces = counted(
                 count,
                 "face has fewer than three corners and is",
                 "faces have fewer than three corners and are",
             );
             format!("{faces} left out")
-        }));
+        });
+        findings.extend(left_out.map(Finding::defect));
         let mut cutter = Cutter::new(corners.len());
         let mut rest = corners.as_slice();
         let mut n_vacant = 0;

@@ -10,6 +10,7 @@
 //! Readers work on a byte slice and know no path; what they have to say is a `Finding` at an offset,
 //! and only here it becomes a [`Problem`] with a file and a line or a byte.
 
+mod duplicate;
 mod ear;
 mod faces;
 mod finding;
@@ -34,6 +35,7 @@ use faces::Faces;
 use finding::{Finding, Outcome, counted};
 use format::Format;
 
+pub use duplicate::count_duplicate_faces;
 pub use format::{has_mesh_content, is_mesh_path};
 
 /// What a mesh file holds, polygons already cut into triangles.
