@@ -208,3 +208,17 @@ fn a_compressed_file_loads_as_its_plain_form_and_its_bytes_are_counted_decompres
         )
     );
 }
+
+#[test]
+fn every_file_that_a_fuzzer_found_is_read_or_refused() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/meshes_kept");
+    let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    assert!(files.len() >= 8, "{} files", files.len());
+    for path in files {
+        match mesh::load(&path) {
+            Ok(mesh) => assert_indices_in_range(&mesh, &path.to_string_lossy()),
+            Err(error) => assert!(error.to_string().contains(&*path.file_name().unwrap().to_string_lossy())),
+        }
+    }
+}

@@ -56,7 +56,10 @@ fn every_collected_file_is_rendered_in_little_memory_or_refused_by_name() {
             }
             Some(1) => {
                 let file_name = path.file_name().unwrap().to_string_lossy();
-                assert!(message.contains(&*file_name) && !message.contains("bug"), "{message}");
+                // The name, and behind it a line or byte.
+                let behind = message.split(&format!("{file_name}:")).nth(1).unwrap_or_default().trim_start();
+                let behind = behind.strip_prefix("byte ").unwrap_or(behind);
+                assert!(behind.starts_with(|c: char| c.is_ascii_digit()), "{message}");
                 eprintln!("{message}");
             }
             code => panic!("{name}: {code:?}: {message}"),
@@ -71,10 +74,8 @@ enum Fate {
     Triangles(usize),
     /// It is refused, with these words and a line or byte.
     Refused(&'static str),
-    /// It is refused as a whole.
-    RefusedWhole(&'static str),
 }
-use Fate::{Refused, RefusedWhole, Triangles};
+use Fate::{Refused, Triangles};
 
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
 const POINTS: &str = "0 0 0\n1 0 0\n0 1 0\n";
@@ -126,7 +127,7 @@ fn nasty_ply() -> Vec<(&'static str, Vec<u8>, Fate)> {
         ("count_missing.ply", ply("", "1", &whole), Refused("unknown header line")),
         ("faces_2_31.ply", ply("3", "2147483648", &whole), Refused("the file ends inside a row")),
         ("faces_2_63.ply", ply("3", "9223372036854775808", &whole), Refused("the file ends inside a row")),
-        ("vertices_too_many.ply", ply("300", "1", &whole), Refused("the row has fewer values")),
+        ("vertices_too_many.ply", ply("300", "1", &whole), Refused("the file ends inside a row")),
         (
             "binary_faces_2_40.ply",
             binary_ply("1099511627776", "uchar int", &triangle_row()),
@@ -153,7 +154,7 @@ fn nasty_ply() -> Vec<(&'static str, Vec<u8>, Fate)> {
         ("index_float.ply", list_of("uchar float", "3 0.0 1.0 2.0"), Triangles(1)),
         ("index_half.ply", list_of("uchar float", "3 0 1 1.5"), Refused("names a vertex that does not exist")),
         ("index_inf.ply", list_of("uchar float", "3 0 1 inf"), Refused("names a vertex that does not exist")),
-        ("index_repeated.ply", list_of("uchar int", "3 0 0 2"), RefusedWhole("no triangle with an area")),
+        ("index_repeated.ply", list_of("uchar int", "3 0 0 2"), Refused("no triangle with an area")),
         ("only_magic.ply", b"ply\n".to_vec(), Refused("the file ends inside the header")),
         (
             "no_format.ply",
@@ -183,19 +184,15 @@ fn nasty_ply() -> Vec<(&'static str, Vec<u8>, Fate)> {
         ("junk_behind_header.ply", ply("3", "1", "\u{1}\u{7f}\u{80}\u{7ff}\u{fffd}"), Refused("this is not a number")),
         ("beyond_f32.ply", ply("4", "2", &format!("{POINTS}1e39 0 0\n3 0 1 2\n3 0 1 3\n")), Triangles(1)),
         ("beyond_f64.ply", ply("4", "2", &format!("{POINTS}0 1e999 0\n3 0 1 2\n3 0 1 3\n")), Triangles(1)),
-        (
-            "all_nan.ply",
-            ply("3", "1", "nan nan nan\nnan 0 0\n0 nan 0\n3 0 1 2\n"),
-            RefusedWhole("no triangle with an area"),
-        ),
-        ("strip_of_restarts.ply", ply_with(&strips), RefusedWhole("no triangle with an area")),
-        ("twice.ply.gz", gzip(&gzip(&good)), RefusedWhole("holds compressed data again")),
-        ("twice.ply.zst", zstd(&zstd(&good)), RefusedWhole("holds compressed data again")),
-        ("cut.ply.gz", gzip(&good)[..40].to_vec(), RefusedWhole("is damaged or ends early")),
-        ("cut.ply.zst", zstd(&good)[..40].to_vec(), RefusedWhole("is damaged or ends early")),
+        ("all_nan.ply", ply("3", "1", "nan nan nan\nnan 0 0\n0 nan 0\n3 0 1 2\n"), Refused("no triangle with an area")),
+        ("strip_of_restarts.ply", ply_with(&strips), Refused("no triangle with an area")),
+        ("twice.ply.gz", gzip(&gzip(&good)), Refused("holds compressed data again")),
+        ("twice.ply.zst", zstd(&zstd(&good)), Refused("holds compressed data again")),
+        ("cut.ply.gz", gzip(&good)[..40].to_vec(), Refused("is damaged or ends early")),
+        ("cut.ply.zst", zstd(&good)[..40].to_vec(), Refused("is damaged or ends early")),
         ("not_packed.ply.zst", good.clone(), Triangles(1)),
         ("packed.ply", zstd(&good), Triangles(1)),
-        ("nothing.ply", Vec::new(), RefusedWhole("the file is empty")),
+        ("nothing.ply", Vec::new(), Refused("the file is empty")),
     ]
 }
 
@@ -215,7 +212,7 @@ fn nasty_others() -> Vec<(&'static str, Vec<u8>, Fate)> {
         ("solid_in_name.stl", binary_stl(b"solid facet normal", 1, 0.0), Triangles(1)),
         ("count_2_32.stl", binary_stl(b"", u32::MAX, 0.0), Refused("ends inside facet 1 of 4294967295")),
         ("count_2.stl", binary_stl(b"solid", 2, 0.0), Refused("ends inside facet 1 of 2")),
-        ("not_finite.stl", binary_stl(b"", 1, f32::INFINITY), RefusedWhole("no triangle with an area")),
+        ("not_finite.stl", binary_stl(b"", 1, f32::INFINITY), Refused("no triangle with an area")),
         ("short.stl", vec![7; 83], Refused("too short")),
         ("cut.stl", solid.as_bytes()[..60].to_vec(), Refused("the file ends inside a solid")),
         ("no_endfacet.stl", solid.replace("endfacet\n", "").into_bytes(), Refused("unexpected word")),
@@ -243,8 +240,8 @@ fn nasty_others() -> Vec<(&'static str, Vec<u8>, Fate)> {
         ("index_minus_9.obj", b"v 0 0 0\nf -9 1 1\n".to_vec(), Refused("")),
         ("byte_order_mark.obj", b"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), Triangles(1)),
         ("beyond_f32.obj", b"v 0 0 0\nv 1e39 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n".to_vec(), Triangles(1)),
-        ("nothing.off", Vec::new(), RefusedWhole("the file is empty")),
-        ("nothing.stl.gz", gzip(b""), RefusedWhole("the file is empty")),
+        ("nothing.off", Vec::new(), Refused("the file is empty")),
+        ("nothing.stl.gz", gzip(b""), Refused("the file is empty")),
     ]
 }
 
@@ -259,16 +256,12 @@ fn every_file_of_our_own_loads_as_it_should_or_is_refused_where_it_is_wrong() {
             (Triangles(n), Ok(scene)) => {
                 assert_eq!(scene.world.triangles.len(), n, "{name}: {:?}", scene.warnings);
             }
-            (Refused(words) | RefusedWhole(words), Ok(_)) => panic!("{name} loads, and should be refused: {words}"),
+            (Refused(words), Ok(_)) => panic!("{name} loads, and should be refused: {words}"),
             (Triangles(_), Err(error)) => panic!("{error}"),
             (Refused(words), Err(error)) => {
                 let (message, place) = (error.to_string(), &error.problems[0].place);
                 assert!(message.contains(name) && message.contains(words), "{name}: {message}");
                 assert!(place.line.is_some() || place.byte_offset.is_some(), "{message}");
-            }
-            (RefusedWhole(words), Err(error)) => {
-                let message = error.to_string();
-                assert!(message.contains(name) && message.contains(words), "{name}: {message}");
             }
         }
     }
@@ -282,7 +275,6 @@ fn headers_without_an_end_and_bombs_are_refused_whatever_their_size() {
     assert!(read("endless.ply", endless.into_bytes()).contains("the file ends inside the header"));
     let one_line = format!("ply\nformat ascii 1.0\ncomment {}", "x".repeat(100 << 20));
     assert!(read("one_line.ply", one_line.into_bytes()).contains("the file ends inside the header"));
-    assert!(read("zeros.obj", vec![0; 10 << 20]).starts_with("zeros.obj"));
     // Frames of a window of 1 MiB with 70 blocks of 128 KiB of blanks each: 9 MB from 300 bytes, thirty times over.
     let header = [0x28, 0xb5, 0x2f, 0xfd, 0, 10 << 3];
     let block = |is_last: u32| [&((128 << 10) << 3 | 1 << 1 | is_last).to_le_bytes()[..3], b" "].concat();
@@ -320,7 +312,7 @@ fn defects_are_warned_of_and_refused_when_asked_to_be_strict_also_within_a_scene
     let strict = Overrides { strict: true, ..Overrides::default() };
     let thorough = Overrides { find_duplicates: true, ..Overrides::default() };
     let expected = [
-        "bad.ply:17: 1 face has fewer than three corners and is left out",
+        "bad.ply:19: 1 face has fewer than three corners and is left out",
         "bad.ply: 1 face is there already, and hidden by the first",
         "bad.ply: 1 face with a NaN or infinite corner left out",
         "bad.ply: 1 face without area left out",

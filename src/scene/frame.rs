@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::mesh::Wants;
 use super::normals::FaceNormals;
+use super::source::Source;
 use super::{Compiled, Names, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, validate};
 use crate::error::{Error, Place, Problem};
 use crate::world::{Bounds, Camera, Material, MeshInput, ObjectId, World};
@@ -64,7 +65,8 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     let bounds = world.bounds();
     let fit = |bounds: &Bounds| fit_camera(&world, bounds, &axes, fov_y_radians, width_px, height_px);
     let (Some(bounds), Some(world_from_camera)) = (bounds, bounds.as_ref().and_then(fit)) else {
-        return Err(Problem::new(Place::file(path), "nothing to show: the mesh has no triangle with an area").into());
+        let end = Source::open(path).map_or_else(|_| Place::file(path), |source| source.end());
+        return Err(Problem::new(end, "nothing to show: the mesh has no triangle with an area").into());
     };
     add_lights(&mut world, &bounds, &axes);
     let camera = Camera { world_from_camera, fov_y_radians, width_px, height_px };

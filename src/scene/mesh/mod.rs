@@ -115,7 +115,7 @@ pub fn from_bytes(name: &Path, bytes: Vec<u8>) -> Result<MeshFile, Error> {
 fn read(mut source: Source, wants: Wants) -> Result<MeshFile, Error> {
     let format = format::of(&mut source)?;
     if source.bytes().is_empty() {
-        return Err(Error::new(Place::file(source.path()), "the file is empty"));
+        return Err(Error::new(source.end(), "the file is empty"));
     }
     check_memory(&source)?;
     let bytes = source.bytes();
@@ -175,7 +175,7 @@ mod tests {
     fn an_empty_file_is_refused_whatever_its_format() {
         for name in ["a.ply", "a.obj", "a.stl", "a.off"] {
             let error = from_bytes(Path::new(name), Vec::new()).unwrap_err().to_string();
-            assert_eq!(error, format!("{name}: the file is empty"));
+            assert_eq!(error, format!("{name}:1: the file is empty"));
         }
     }
 
