@@ -3,25 +3,20 @@
 // Skips are said out loud.
 #![allow(clippy::print_stderr)]
 
+mod mesh_kit;
 mod shared_data;
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use flatray::scene::mesh::{self, MeshFile};
+use mesh_kit::{gzip, mutate, valid_files, zstd};
 use shared_data::shared;
 
 fn assert_indices_in_range(mesh: &MeshFile, of: &str) {
     let n_vertices = mesh.positions.len();
     assert!(mesh.triangles.iter().flatten().all(|&vertex| (vertex as usize) < n_vertices), "{of}");
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
 }
 
 /// File, vertices, triangles, and the smallest and largest corner, by a second reader (trimesh 5.2 of PyPI, unmerged).
@@ -154,77 +149,6 @@ fn every_nasty_file_loads_or_is_refused_with_its_name_and_place_within_a_second(
     assert_eq!(refused, REFUSED);
 }
 
-/// Small valid files of every format and encoding.
-fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
-    let header = |format: &str| {
-        format!(
-            "ply\nformat {format} 1.0\ncomment c\nelement vertex 5\nproperty float x\nproperty float y\n\
-             property float z\nproperty uchar red\nelement face 3\nproperty list uchar int vertex_indices\n\
-             property short s\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
-        )
-    };
-    let points: [[f32; 3]; 5] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0.5, 0.25, 0.]];
-    let faces: [&[i32]; 3] = [&[0, 1, 2], &[0, 1, 2, 3], &[0, 4, 1, 2, 3]];
-    let strip: [i32; 8] = [7, 0, 1, 2, -1, 1, 2, 3];
-    let mut ascii = header("ascii");
-    let mut little = header("binary_little_endian").into_bytes();
-    let mut big = header("binary_big_endian").into_bytes();
-    for [x, y, z] in points {
-        ascii += &format!("{x} {y} {z} 255\n");
-        little.extend([x, y, z].iter().flat_map(|v| v.to_le_bytes()).chain([255]));
-        big.extend([x, y, z].iter().flat_map(|v| v.to_be_bytes()).chain([255]));
-    }
-    for face in faces {
-        ascii += &format!("{} {} 7\n", face.len(), face.iter().map(i32::to_string).collect::<Vec<_>>().join(" "));
-        little.push(face.len() as u8);
-        little.extend(face.iter().flat_map(|v| v.to_le_bytes()).chain([7, 0]));
-        big.push(face.len() as u8);
-        big.extend(face.iter().flat_map(|v| v.to_be_bytes()).chain([0, 7]));
-    }
-    ascii += "7 0 1 2 -1 1 2 3\n";
-    little.extend(strip.iter().flat_map(|v| v.to_le_bytes()));
-    big.extend(strip.iter().flat_map(|v| v.to_be_bytes()));
-    let obj = "# c\nmtllib a.mtl\nv 0 0 0\nv 1e0 0 0\nv 1 1 0 1\nv 0 1 0\nv .5 .25 0\nvt 0 0\nvn 0 0 1\ng a\ns 1\n\
-               f 1 2 3\nf 1/1/1 2/1/1 3//1 4/1\nf -5 -1 \\\n -4 -3 -2\nl 1 2\n";
-    let facet = " facet normal 0 0 1\n outer loop\n vertex 0 0 0\n vertex 1 0 0\n vertex 0 1 0\n endloop\n endfacet\n";
-    let mut stl = vec![b' '; 80];
-    stl.extend(2_u32.to_le_bytes());
-    for corners in [[0, 1, 2], [0, 2, 3]] {
-        stl.extend([0; 12]);
-        stl.extend(corners.iter().flat_map(|&corner: &usize| points[corner]).flat_map(f32::to_le_bytes));
-        stl.extend([0; 2]);
-    }
-    let gzipped = gzip(&little);
-    vec![
-        ("ascii.ply", ascii.into_bytes()),
-        ("little.ply", little),
-        ("big.ply", big),
-        ("little.ply.gz", gzipped),
-        ("mesh.obj", obj.into()),
-        ("ascii.stl", format!("solid a\n{facet}{facet}endsolid a\n").into()),
-        ("binary.stl", stl),
-    ]
-}
-
-/// One random change: cut, delete, insert, replace, repeat, flip.
-fn mutate(bytes: &mut Vec<u8>, random: &mut impl FnMut(usize) -> usize) {
-    let telling = [0, 255, 127, 128, b'-', b'9', b'\n', b'\r', b' ', b'\\', b'/', b'.', b'e', b'#'];
-    let at = random(bytes.len());
-    match random(6) {
-        0 if random(4) == 0 => bytes.truncate(at),
-        1 if at < bytes.len() => drop(bytes.remove(at)),
-        2 => bytes.insert(at, telling[random(telling.len())]),
-        3 if at < bytes.len() => bytes[at] = telling[random(telling.len())],
-        4 => {
-            let piece = bytes[at..(at + random(20)).min(bytes.len())].to_vec();
-            let to = random(bytes.len());
-            bytes.splice(to..to, piece);
-        }
-        _ if at < bytes.len() => bytes[at] ^= 1 << random(8),
-        _ => {}
-    }
-}
-
 #[test]
 fn mutated_files_never_panic_and_what_is_accepted_has_its_indices_in_range() {
     const SEED: u64 = 0x5eed_0f1a_7ba7_0001;
@@ -257,17 +181,23 @@ fn mutated_files_never_panic_and_what_is_accepted_has_its_indices_in_range() {
             }
         }
         eprintln!("{name}: {n_accepted} accepted, {n_refused} refused");
-        assert!(n_refused > 100 && (n_accepted > 100 || name.ends_with(".gz")), "{name}: {n_accepted} {n_refused}");
+        assert!(
+            n_refused > 100 && (n_accepted > 100 || name.ends_with(".gz") || name.ends_with(".zst")),
+            "{name}: {n_accepted} {n_refused}"
+        );
     }
 }
 
 #[test]
-fn a_gzipped_file_loads_as_its_plain_form_and_its_bytes_are_counted_decompressed() {
+fn a_compressed_file_loads_as_its_plain_form_and_its_bytes_are_counted_decompressed() {
     let files = valid_files();
     let (_, plain) = &files[1];
     let read = |name: &str, bytes: Vec<u8>| mesh::from_bytes(Path::new(name), bytes);
-    let (a, b) = (read("a.ply", plain.clone()).unwrap(), read("a.ply.gz", gzip(plain)).unwrap());
-    assert_eq!((a.positions, a.triangles, a.n_faces), (b.positions, b.triangles, b.n_faces));
+    let a = read("a.ply", plain.clone()).unwrap();
+    for b in [read("a.ply.gz", gzip(plain)), read("a.ply.zst", zstd(plain)), read("a.ply", zstd(plain))] {
+        let b = b.unwrap();
+        assert_eq!((&a.positions, &a.triangles, a.n_faces), (&b.positions, &b.triangles, b.n_faces));
+    }
     let error = read("cut.ply.gz", gzip(&plain[..plain.len() - 1])).unwrap_err().to_string();
     let list = plain.len() - 32;
     assert_eq!(
@@ -277,4 +207,18 @@ fn a_gzipped_file_loads_as_its_plain_form_and_its_bytes_are_counted_decompressed
              decompressed data): found 7 items of 4 bytes, expected at most the 27 bytes left can hold"
         )
     );
+}
+
+#[test]
+fn every_file_that_a_fuzzer_found_is_read_or_refused() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/meshes_kept");
+    let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    assert!(files.len() >= 8, "{} files", files.len());
+    for path in files {
+        match mesh::load(&path) {
+            Ok(mesh) => assert_indices_in_range(&mesh, &path.to_string_lossy()),
+            Err(error) => assert!(error.to_string().contains(&*path.file_name().unwrap().to_string_lossy())),
+        }
+    }
 }

@@ -79,8 +79,13 @@ fn files_that_are_no_scene_are_refused_before_anything_else() {
 
 #[test]
 fn values_of_the_command_line_are_refused_by_their_option() {
-    let overrides =
-        Overrides { width_px: Some(0), height_px: Some(70_000), fov_y_degrees: Some(f64::NAN), up: Some(UpAxis::Z) };
+    let overrides = Overrides {
+        width_px: Some(0),
+        height_px: Some(70_000),
+        fov_y_degrees: Some(f64::NAN),
+        up: Some(UpAxis::Z),
+        ..Overrides::default()
+    };
     let error = load_text("", "s.toml", None, &overrides).unwrap_err();
     assert_eq!(
         error.to_string(),

@@ -110,8 +110,11 @@ pub enum Command {
 #[derive(Args, Clone, Debug, Default)]
 #[command(after_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// A scene (.toml, .nff) or a mesh (.ply .obj .stl, plain or .gz); the built-in scene unless given
+    /// A scene (.toml, .nff) or a mesh (.ply .obj .stl .off, plain, .gz or .zst); the built-in scene unless given
     pub input: Option<PathBuf>,
+    /// Refuse geometry with defects instead of mending it or leaving it out with a warning
+    #[arg(long)]
+    pub strict: bool,
 
     /// Write an image, .exr, .png or .pfm by its extension; repeat for several [default: STEM.exr and STEM.png]
     #[arg(short, long = "output", value_name = "FILE", help_heading = "Output")]
@@ -184,8 +187,11 @@ pub struct RenderArgs {
 #[derive(Args, Debug)]
 #[command(after_help = INFO_EXAMPLES)]
 pub struct InfoArgs {
-    /// A scene (.toml, .nff) or a mesh (.ply .obj .stl, plain or .gz)
+    /// A scene (.toml, .nff) or a mesh (.ply .obj .stl .off, plain, .gz or .zst)
     pub input: PathBuf,
+    /// Refuse geometry with defects instead of telling of it in warnings
+    #[arg(long)]
+    pub strict: bool,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,

@@ -8,9 +8,10 @@ use serde::Serialize;
 use super::args::InfoArgs;
 use super::failure::Failure;
 use super::info_text;
+use super::memory::Need;
 use super::{diagnostic, files, memory, terminal};
 use crate::accel::{Accel, AccelKind, AccelStats, Preset};
-use crate::scene::{Compiled, Overrides};
+use crate::scene::{Compiled, Overrides, machine};
 use crate::world::{Features, Lights, World};
 
 /// Everything that is told of a scene; the keys of the JSON object are stable.
@@ -128,11 +129,13 @@ pub struct BvhInfo {
 /// Bad input, or standard output that cannot be written.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let started = Instant::now();
-    let scene = files::load(Some(&args.input), &Overrides::default())?;
+    let overrides = Overrides { strict: args.strict, find_duplicates: true, ..Overrides::default() };
+    let scene = files::load(Some(&args.input), &overrides)?;
     let load_seconds = started.elapsed().as_secs_f64();
     if !args.json && !scene.warnings.is_empty() {
         terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
     }
+    Need::of_structure(&scene.world, AccelKind::Bvh).check(machine::available_bytes())?;
     let started = Instant::now();
     let preset = args.bvh.map_or_else(Preset::default, Preset::from);
     let accel = Accel::build_with(&scene.world, AccelKind::Bvh, preset);

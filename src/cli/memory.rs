@@ -16,10 +16,10 @@ const COURSE_FILM_BYTES_PER_PIXEL: u64 = 32;
 /// What an EXR and a PNG hold of a pixel if nothing can be compressed: files are kept until the last pixel is known.
 const ENCODED_BYTES_PER_PIXEL: u64 = 16 + 4;
 
-/// What building the BVH wants at its peak for one primitive, with the finished tree. Measured: 140 to 320 on a mesh,
-/// 370 on separate beams, of which no two can be clustered, and 480 on a million slivers in one box, whose tree alone
-/// takes 186.
-const BUILD_BYTES_PER_PRIM: u64 = 480;
+/// What building the BVH wants at its peak for one primitive, with the finished tree: within a factor of two of all that
+/// was measured. Smooth meshes take 120 to 320, separate beams, of which no two can be clustered, 370, and a million
+/// slivers in one box, whose tree alone takes 186, 480.
+const BUILD_BYTES_PER_PRIM: u64 = 240;
 
 /// What a render has and wants, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub struct Need {
     pub film: u64,
     /// The tables: already there when this is asked.
     pub tables: u64,
-    /// An upper estimate for building the acceleration structure.
+    /// An estimate for building the acceleration structure.
     pub accel: u64,
 }
 
@@ -38,11 +38,22 @@ impl Need {
         let planes = if settings.course { COURSE_FILM_BYTES_PER_PIXEL } else { FILM_BYTES_PER_PIXEL };
         let per_pixel = planes + ENCODED_BYTES_PER_PIXEL;
         let n_pixels = u64::from(settings.region.width_px()) * u64::from(settings.region.height_px());
+        Need { film: n_pixels.saturating_mul(per_pixel), ..Need::of_structure(world, kind) }
+    }
+
+    /// What the acceleration structure alone wants.
+    pub fn of_structure(world: &World, kind: AccelKind) -> Need {
         let accel = match kind {
             AccelKind::Bvh => world.n_prims() as u64 * BUILD_BYTES_PER_PRIM,
             AccelKind::Linear => 0,
         };
-        Need { film: n_pixels.saturating_mul(per_pixel), tables: table_bytes(world), accel }
+        Need { film: 0, tables: table_bytes(world), accel }
+    }
+
+    /// Everything that is held at the peak.
+    pub fn total(&self) -> u64 {
+        let Need { film, tables, accel } = *self;
+        film.saturating_add(tables).saturating_add(accel)
     }
 
     /// Refuses what does not fit. `available` is what the system says it can still give, if it says.
@@ -51,10 +62,10 @@ impl Need {
     /// When film and acceleration structure are larger than what is left, or than one allocation may be.
     pub fn check(&self, available: Option<u64>) -> Result<(), Error> {
         let still_wanted = self.film.saturating_add(self.accel);
-        if available.is_some_and(|available| still_wanted > available) || !can_reserve(self.film) {
+        if available.is_some_and(|available| still_wanted > available) || !can_reserve(still_wanted) {
             let Need { film, tables, accel } = *self;
             let what = format!(
-                "the image and the scene do not fit into memory: image {}, scene tables {} (loaded), acceleration up to {}",
+                "the image and the scene do not fit into memory: image {}, scene tables {} (loaded), acceleration about {}",
                 quantity::bytes(film),
                 quantity::bytes(tables),
                 quantity::bytes(accel)

@@ -70,7 +70,14 @@ fn isa(args: &RenderArgs) -> Result<Isa, Failure> {
 
 /// What the command line changes about a scene before it is compiled.
 pub fn overrides(args: &RenderArgs) -> Overrides {
-    Overrides { width_px: args.width, height_px: args.height, fov_y_degrees: args.fov, up: up_axis(args.up) }
+    Overrides {
+        width_px: args.width,
+        height_px: args.height,
+        fov_y_degrees: args.fov,
+        up: up_axis(args.up),
+        strict: args.strict,
+        find_duplicates: false,
+    }
 }
 
 /// The axis that `--up` names.

@@ -48,7 +48,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
     }
     let plan = plan::settle(args, &scene)?;
-    Need::of(&scene.world, &plan.settings, plan.accel).check(machine::available_bytes())?;
+    let need = Need::of(&scene.world, &plan.settings, plan.accel);
+    need.check(machine::available_bytes())?;
 
     let accel = timed(&mut seconds.build, || pool.install(|| Accel::build_with(&scene.world, plan.accel, plan.preset)));
     let accel = accel.with_isa(plan.isa);
@@ -74,6 +75,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         memory_bytes: MemoryBytes {
             tables: memory::table_bytes(&scene.world),
             accel: accel.stats().memory_bytes as u64,
+            estimate: need.total(),
             peak: memory::peak_bytes(),
         },
         width: scene.camera.width_px,

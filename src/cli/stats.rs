@@ -67,6 +67,8 @@ pub struct MemoryBytes {
     pub tables: u64,
     /// The acceleration structure.
     pub accel: u64,
+    /// What was expected to be held at the peak, when it was compared with what the machine has.
+    pub estimate: u64,
     /// The most the process has held; null where the system does not say.
     pub peak: Option<u64>,
 }
@@ -148,7 +150,7 @@ mod tests {
             seconds: Seconds { load: 0.5, ..Seconds::default() },
             rays: Rays { camera: 4, camera_hit: 3, ..Rays::default() },
             exact_tests: 0,
-            memory_bytes: MemoryBytes { tables: 10, accel: 20, peak: None },
+            memory_bytes: MemoryBytes { tables: 10, accel: 20, estimate: 30, peak: None },
             width: 2,
             height: 1,
             samples: 2,

@@ -26,6 +26,8 @@ const DEFAULT_FOV_Y_DEGREES: f64 = 90.0;
 pub struct Base {
     /// Directory of the scene file; `None` for a text that is no file.
     pub directory: Option<PathBuf>,
+    /// Whether faces that are there twice are looked for in meshes.
+    pub find_duplicates: bool,
 }
 
 /// Compiles a text. `name` is what messages call it; mesh paths are relative to `base_dir` first and then to the
@@ -37,7 +39,10 @@ pub fn load_text(text: &str, name: &str, base_dir: Option<&Path>, overrides: &Ov
     check_overrides(overrides)?;
     let report = Report::new(name, text);
     let scene = keys::read_scene(text, &report);
-    let base = Base { directory: base_dir.map(Path::to_path_buf) };
+    let base = Base {
+        directory: base_dir.map(Path::to_path_buf),
+        find_duplicates: overrides.find_duplicates || overrides.strict,
+    };
     let (world, camera, names) = compile_scene(&scene, overrides, &base, &report);
     let render = compile_render(&scene.render);
     let warnings = report.finish()?;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::mesh::MeshFile;
 use super::normals::{FaceNormals, Weight};
+use super::source::Source;
 use super::{Compiled, Names, NormalsKey, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, smoothing, validate};
 use crate::error::{Error, Place, Problem};
 use crate::world::{Bounds, Camera, Dropped, Material, ObjectId, World};
@@ -50,8 +51,13 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     let height_px = overrides.height_px.unwrap_or(DEFAULT_HEIGHT_PX);
     validate::image_size(width_px, height_px).map_err(|problem| *problem)?;
     let mut file = mesh::load_with(path, mesh::Attributes { normals: true, materials: true })?;
+    let duplicates = match overrides.find_duplicates || overrides.strict {
+        true => geometry::duplicate_faces(&file.positions, &file.triangles, path),
+        false => None,
+    };
     choose_normals(&mut file);
     let mut warnings = std::mem::take(&mut file.warnings);
+    warnings.extend(duplicates);
     for warning in &mut warnings {
         warning.place.file.get_or_insert_with(|| path.to_path_buf());
     }
@@ -65,7 +71,8 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     let bounds = world.bounds();
     let fit = |bounds: &Bounds| fit_camera(&world, bounds, &axes, fov_y_radians, width_px, height_px);
     let (Some(bounds), Some(world_from_camera)) = (bounds, bounds.as_ref().and_then(fit)) else {
-        return Err(Problem::new(Place::file(path), "nothing to show: the mesh has no triangle with an area").into());
+        let end = Source::open(path).map_or_else(|_| Place::file(path), |source| source.end());
+        return Err(Problem::new(end, "nothing to show: the mesh has no triangle with an area").into());
     };
     add_lights(&mut world, &bounds, &axes);
     let camera = Camera { world_from_camera, fov_y_radians, width_px, height_px };

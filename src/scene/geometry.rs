@@ -163,7 +163,7 @@ fn add_triangle(
         Ok((_, dropped)) if dropped == Dropped::default() => {}
         Ok(_) => {
             let problem = Problem::new(Place::default(), "the triangle has no area and was left out");
-            report.warning(&hittable.span, &hittable.key, problem);
+            report.warning(&hittable.span, &hittable.key, problem.defect());
         }
         Err(error) => report.mistakes_elsewhere(&hittable.span, placed(error, report.file(), hittable)),
     }
@@ -222,6 +222,9 @@ fn add_mesh(
     let is_refused = report.has_mistakes();
     if !is_refused {
         smoothing::smooth(&mut mesh, normals, *crease_angle_degrees);
+    }
+    if base.find_duplicates && !is_refused {
+        mesh.warnings.extend(duplicate_faces(&mesh.positions, &mesh.triangles, &path));
     }
     let warnings = std::mem::take(&mut mesh.warnings);
     report.warnings_elsewhere(span, placed(Error { problems: warnings }, &path, hittable));
@@ -313,12 +316,19 @@ pub fn warnings_about(dropped: Dropped, path: &Path) -> Vec<Problem> {
     let Dropped { non_finite, zero_area } = dropped;
     let counted = |n: usize, what: &str| {
         let faces = if n == 1 { "1 face".to_owned() } else { format!("{n} faces") };
-        (n > 0).then(|| Problem::new(Place::file(path), format!("{faces} {what} left out")))
+        (n > 0).then(|| Problem::new(Place::file(path), format!("{faces} {what} left out")).defect())
     };
     [counted(non_finite, "with a NaN or infinite corner"), counted(zero_area, "without area")]
         .into_iter()
         .flatten()
         .collect()
+}
+
+/// A warning of faces that are there more than once, if there are any. They stay: the first of them is what is hit.
+pub fn duplicate_faces(positions: &[Vec3], triangles: &[[u32; 3]], path: &Path) -> Option<Problem> {
+    let n = mesh::count_duplicate_faces(positions, triangles);
+    let faces = if n == 1 { "1 face is".to_owned() } else { format!("{n} faces are") };
+    (n > 0).then(|| Problem::new(Place::file(path), format!("{faces} there already, and hidden by the first")).defect())
 }
 
 /// Problems of a mesh, each naming the file if it does not yet, and the object that asked for it.

@@ -115,6 +115,12 @@ pub struct Overrides {
     pub fov_y_degrees: Option<f64>,
     /// The axis that points up in a mesh file (and for its framing); y unless said.
     pub up: Option<UpAxis>,
+    /// Whether defects in the geometry of a scene's files are errors ([`Problem::is_defect`]); else they are mended or
+    /// left out, and warned of.
+    pub strict: bool,
+    /// Whether faces that are there twice are looked for and counted too. They do no harm, and finding them takes as
+    /// long as reading a binary file; `strict` looks for them in any case.
+    pub find_duplicates: bool,
 }
 
 /// Which axis of a mesh file points up.
@@ -142,18 +148,29 @@ impl UpAxis {
 /// # Errors
 /// Everything that is wrong with the file, as many mistakes at once as can be told apart.
 pub fn load(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> {
-    match input_kind(path) {
+    let compiled = match input_kind(path) {
         Some(InputKind::Scene) => {
             let base_dir = path.parent().unwrap_or(Path::new(""));
-            load_text(&read_text(path)?, &path.to_string_lossy(), Some(base_dir), overrides)
+            load_text(&read_text(path)?, &path.to_string_lossy(), Some(base_dir), overrides)?
         }
-        Some(InputKind::Mesh) => frame::load_mesh(path, overrides),
-        Some(InputKind::Nff) => nff::load(path, overrides),
-        None if begins_as_nff(path) => nff::load(path, overrides),
-        None => Err(Problem::new(Place::file(path), "not a kind of file that can be rendered")
-            .expected("a scene .toml or .nff, or a mesh .ply, .obj, .stl or .off; all but .toml also with .gz or .zst")
-            .into()),
-    }
+        Some(InputKind::Mesh) => frame::load_mesh(path, overrides)?,
+        Some(InputKind::Nff) => nff::load(path, overrides)?,
+        None if begins_as_nff(path) => nff::load(path, overrides)?,
+        None => {
+            return Err(Problem::new(Place::file(path), "not a kind of file that can be rendered")
+                .expected(
+                    "a scene .toml or .nff, or a mesh .ply, .obj, .stl or .off; all but .toml also with .gz or .zst",
+                )
+                .into());
+        }
+    };
+    if overrides.strict { refuse_defects(compiled) } else { Ok(compiled) }
+}
+
+/// Turns warnings of defects into errors.
+fn refuse_defects(compiled: Compiled) -> Result<Compiled, Error> {
+    let problems: Vec<Problem> = compiled.warnings.iter().filter(|warning| warning.is_defect).cloned().collect();
+    if problems.is_empty() { Ok(compiled) } else { Err(Error { problems }) }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

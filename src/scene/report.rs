@@ -165,6 +165,8 @@ fn keyed(mut problem: Problem, key: &str) -> Problem {
 fn located(file: &Path, text: &Arc<str>, entries: Entries) -> Vec<Problem> {
     let Entries { mut kept, n_all } = entries;
     kept.sort_by_key(|entry| entry.byte_range.start);
+    // What is not told may be why a strict reader refuses the scene.
+    let hides_defect = n_all > MAX_KEPT || kept.iter().skip(MAX_TOLD).any(|entry| entry.problem.is_defect);
     kept.truncate(MAX_TOLD);
     let n_left_out = n_all - kept.len();
     let mut problems: Vec<Problem> = kept
@@ -178,7 +180,8 @@ fn located(file: &Path, text: &Arc<str>, entries: Entries) -> Vec<Problem> {
         })
         .collect();
     if n_left_out > 0 {
-        problems.push(Problem::new(Place::file(file), format!("and {n_left_out} more like these")));
+        let more = Problem::new(Place::file(file), format!("and {n_left_out} more like these"));
+        problems.push(Problem { is_defect: hides_defect, ..more });
     }
     problems
 }

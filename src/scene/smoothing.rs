@@ -64,7 +64,7 @@ fn unit_normals(positions: &[Vec3], triangles: &[[u32; 3]], mut normals: Vec<Vec
 fn warning_about_mended(n_mended: usize) -> Option<Problem> {
     let vertices = if n_mended == 1 { "1 vertex has".to_owned() } else { format!("{n_mended} vertices have") };
     let what = format!("{vertices} no usable normal in the file: the mean of the faces around stands in");
-    (n_mended > 0).then(|| Problem::new(Place::default(), what))
+    (n_mended > 0).then(|| Problem::new(Place::default(), what).defect())
 }
 
 /// What a bare mesh is shaded with, by the normals of its file: `File` when they say something that the faces do not.

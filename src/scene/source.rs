@@ -121,6 +121,13 @@ impl Source {
         Place::byte(&self.path, (self.n_skipped + offset) as u64)
     }
 
+    /// The place where the file ends: a line of text, or a byte of anything else.
+    pub fn end(&self) -> Place {
+        let bytes = self.bytes();
+        let is_text = !bytes[..bytes.len().min(64 << 10)].contains(&0);
+        if is_text { self.line(bytes.len()) } else { self.byte(bytes.len()) }
+    }
+
     /// Whether offsets count decompressed bytes, and not those of the file.
     pub fn was_packed(&self) -> bool {
         self.packing.is_some()

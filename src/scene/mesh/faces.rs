@@ -196,14 +196,15 @@ impl Faces {
         findings: &mut Vec<Finding>,
     ) -> Outcome<(Vec<[u32; 3]>, Vec<usize>)> {
         let Faces { mut triangles, polygons, corners, too_short, mut marks, .. } = self;
-        findings.extend(too_short.finding(|count| {
+        let left_out = too_short.finding(|count| {
             let faces = counted(
                 count,
                 "face has fewer than three corners and is",
                 "faces have fewer than three corners and are",
             );
             format!("{faces} left out")
-        }));
+        });
+        findings.extend(left_out.map(Finding::defect));
         let tangled = cut_polygons(cutter, &mut triangles, &polygons, &corners, positions);
         if let Some(Polygon { n_corners, at, .. }) = tangled {
             return Err(Finding::new(*at, "a polygon is too tangled to be cut into triangles in reasonable time")

@@ -10,6 +10,7 @@
 //! Readers work on a byte slice and know no path; what they have to say is a `Finding` at an offset,
 //! and only here it becomes a [`Problem`] with a file and a line or a byte.
 
+mod duplicate;
 mod ear;
 pub(super) mod faces;
 pub(super) mod finding;
@@ -36,6 +37,7 @@ use format::Format;
 use obj::library::Materials;
 use obj::{MaterialStatements, Obj};
 
+pub use duplicate::count_duplicate_faces;
 pub use format::{has_mesh_content, is_mesh_path};
 
 /// What a mesh file holds, polygons already cut into triangles.
@@ -167,7 +169,7 @@ fn read(
 ) -> Result<MeshFile, Error> {
     let format = format::of(&mut source)?;
     if source.bytes().is_empty() {
-        return Err(Error::new(Place::file(source.path()), "the file is empty"));
+        return Err(Error::new(source.end(), "the file is empty"));
     }
     check_memory(&source)?;
     let bytes = source.bytes();
@@ -249,7 +251,7 @@ mod tests {
     fn an_empty_file_is_refused_whatever_its_format() {
         for name in ["a.ply", "a.obj", "a.stl", "a.off"] {
             let error = from_bytes(Path::new(name), Vec::new()).unwrap_err().to_string();
-            assert_eq!(error, format!("{name}: the file is empty"));
+            assert_eq!(error, format!("{name}:1: the file is empty"));
         }
     }
 

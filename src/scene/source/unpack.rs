@@ -67,11 +67,13 @@ pub(super) fn unpack(path: &Path, packing: Packing, packed: &[u8]) -> Result<Vec
     // Most files fit, and are not moved while they grow; room that is not used costs nothing. Others, or a system that
     // has no such room, do without.
     let _ = bytes.try_reserve(packed.len().saturating_mul(4).min(MAX_FIRST_RESERVE_BYTES));
+    let mut rest = packed;
     let outcome = match packing {
-        Packing::Gzip => gunzip(packed, limit, &mut bytes),
-        Packing::Zstd => unzstd(packed, limit, &mut bytes),
+        Packing::Gzip => gunzip(&mut rest, limit, &mut bytes),
+        Packing::Zstd => unzstd(&mut rest, limit, &mut bytes),
     };
-    let problem = |what: &str| Problem::new(Place::file(path), format!("the {} data {what}", packing.name()));
+    let at = (packed.len() - rest.len()) as u64;
+    let problem = |what: &str| Problem::new(Place::byte(path, at), format!("the {} data {what}", packing.name()));
     match outcome {
         Ok(()) if Packing::of(&bytes).is_some() => {
             Err(problem("holds compressed data again").expected("data that is compressed once").into())
@@ -97,33 +99,34 @@ pub(super) fn unpack(path: &Path, packing: Packing, packed: &[u8]) -> Result<Vec
     }
 }
 
-fn gunzip(packed: &[u8], limit: usize, bytes: &mut Vec<u8>) -> Result<(), Refusal> {
-    let mut decoder = MultiGzDecoder::new(packed).take((limit as u64).saturating_add(1));
-    decoder.read_to_end(bytes).map_err(|error| Refusal::Damaged(error.to_string()))?;
+fn gunzip(rest: &mut &[u8], limit: usize, bytes: &mut Vec<u8>) -> Result<(), Refusal> {
+    let mut decoder = MultiGzDecoder::new(*rest).take((limit as u64).saturating_add(1));
+    let read = decoder.read_to_end(bytes);
+    *rest = *decoder.get_ref().get_ref();
+    read.map_err(|error| Refusal::Damaged(error.to_string()))?;
     if bytes.len() > limit { Err(Refusal::TooLarge) } else { Ok(()) }
 }
 
-fn unzstd(packed: &[u8], limit: usize, bytes: &mut Vec<u8>) -> Result<(), Refusal> {
+fn unzstd(rest: &mut &[u8], limit: usize, bytes: &mut Vec<u8>) -> Result<(), Refusal> {
     /// Decoded between two looks at the limit.
     const STEP_BYTES: usize = 1 << 20;
     let damaged = |error: FrameDecoderError| Refusal::Damaged(error.to_string());
-    let mut rest = packed;
     while !rest.is_empty() {
         if let Some(window_bytes) = window_bytes(rest).filter(|&window_bytes| window_bytes > MAX_WINDOW_BYTES) {
             return Err(Refusal::Window(window_bytes));
         }
         let mut decoder = FrameDecoder::new();
-        match decoder.init(&mut rest) {
+        match decoder.init(&mut *rest) {
             Ok(()) => {}
             Err(FrameDecoderError::ReadFrameHeaderError(ReadFrameHeaderError::SkipFrame { length, .. })) => {
                 let behind = rest.get(length as usize..);
-                rest = behind.ok_or_else(|| Refusal::Damaged("it ends within a frame to be skipped".to_owned()))?;
+                *rest = behind.ok_or_else(|| Refusal::Damaged("it ends within a frame to be skipped".to_owned()))?;
                 continue;
             }
             Err(error) => return Err(damaged(error)),
         }
         while !decoder.is_finished() {
-            decoder.decode_blocks(&mut rest, BlockDecodingStrategy::UptoBytes(STEP_BYTES)).map_err(damaged)?;
+            decoder.decode_blocks(&mut *rest, BlockDecodingStrategy::UptoBytes(STEP_BYTES)).map_err(damaged)?;
             if bytes.len().saturating_add(decoder.can_collect()) > limit {
                 return Err(Refusal::TooLarge);
             }

@@ -1,0 +1,9 @@
+//! Bytes as OBJ.
+
+#![no_main]
+
+mod mesh;
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| mesh::check("fuzzed.obj", bytes));
