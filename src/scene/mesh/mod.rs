@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! source (bytes, gunzip) ─▶ ply | obj | stl ─▶ Soup { positions, faces } ─▶ polygons cut ─▶ MeshFile
+//!                                 └ Obj: normals too, and names of materials ─▶ libraries ─┘
 //! ```
 //! Readers work on a byte slice and know no path; what they have to say is a `Finding` at an offset,
 //! and only here it becomes a [`Problem`] with a file and a line or a byte.
