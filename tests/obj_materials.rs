@@ -308,7 +308,7 @@ fn threads_show_neither_in_normals_nor_in_materials() {
         (mesh.positions, mesh.triangles, mesh.normals, mesh.split_from, mesh.material_ranges)
     };
     let one = with(1);
-    assert!(one.4.len() > 50 && !one.3.is_empty());
+    assert!(one.4.len() > 30 && !one.3.is_empty(), "{} {}", one.4.len(), one.3.len());
     assert!(with(3) == one && with(8) == one);
 }
 

@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! source (bytes, unpacked) ─▶ ply | obj | stl | off ─▶ Soup { positions, normals, faces } ─▶ polygons cut ─▶ MeshFile
+//!                                       └ Obj: also names of materials ─▶ libraries ─┘
 //! ```
 //! Readers work on a byte slice and know no path; what they have to say is a `Finding` at an offset,
 //! and only here it becomes a [`Problem`] with a file and a line or a byte.
