@@ -8,7 +8,7 @@ thread_local! {
     static EXACT_TESTS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Notes one primitive test that needed exact arithmetic.
+/// Notes one primitive test that needed exact arithmetic; the clip of a quadric is a test of its own.
 #[cold]
 pub(crate) fn count_exact_test() {
     EXACT_TESTS.with(|count| count.set(count.get() + 1));
