@@ -180,7 +180,7 @@ fn nasty_ply() -> Vec<(&'static str, Vec<u8>, Fate)> {
         ("returns_and_feeds.ply", text.replace('\n', "\r\n").into_bytes(), Triangles(1)),
         ("byte_order_mark.ply", [b"\xef\xbb\xbf", good.as_slice()].concat(), Triangles(1)),
         ("utf16.ply", utf16, Refused("")),
-        ("nul_bytes.ply", text.replace("1 0 0", "1\0 0\0\00").into_bytes(), Triangles(1)),
+        ("nul_bytes.ply", text.replace("1 0 0", "1\0 0\0\x000").into_bytes(), Triangles(1)),
         ("junk_behind_header.ply", ply("3", "1", "\u{1}\u{7f}\u{80}\u{7ff}\u{fffd}"), Refused("this is not a number")),
         ("beyond_f32.ply", ply("4", "2", &format!("{POINTS}1e39 0 0\n3 0 1 2\n3 0 1 3\n")), Triangles(1)),
         ("beyond_f64.ply", ply("4", "2", &format!("{POINTS}0 1e999 0\n3 0 1 2\n3 0 1 3\n")), Triangles(1)),
