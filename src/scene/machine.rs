@@ -3,6 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+/// What is not asked for: so little is taken to be there, and asking takes as long as reading a small file.
+pub const NOT_ASKED_BYTES: u64 = 256 << 20;
+
 /// Memory that can be had without swapping, in bytes: what the system has left, or the process's group of processes if
 /// that is less (cgroup version 2, and 1). `None` where the system does not say.
 pub fn available_bytes() -> Option<u64> {

@@ -194,6 +194,9 @@ fn read(
 /// only strips of one-byte indices grow to twelve times their size, and those name 256 vertices.
 fn check_memory(source: &Source) -> Result<(), Error> {
     let n_bytes = source.bytes().len() as u64;
+    if n_bytes <= machine::NOT_ASKED_BYTES {
+        return Ok(());
+    }
     match machine::available_bytes().filter(|&available| n_bytes > available) {
         None => Ok(()),
         Some(available) => Err(Problem::new(Place::file(source.path()), "the mesh does not fit into memory")

@@ -11,7 +11,7 @@ use super::super::machine;
 use crate::error::{Error, Place, Problem};
 
 /// Decompressed data may always grow to this size …
-const FLOOR_BYTES: usize = 256 << 20;
+const FLOOR_BYTES: usize = machine::NOT_ASKED_BYTES as usize;
 
 /// … and beyond it to this many times the compressed size. Scans as text compress 3 to 5 times, regular grids in
 /// binary up to about 30 times, while deflate allows 1032 times and zstd more: a file above the limit is made to fill the
@@ -61,8 +61,7 @@ enum Refusal {
 /// trailers name are never used.
 pub(super) fn unpack(path: &Path, packing: Packing, packed: &[u8]) -> Result<Vec<u8>, Error> {
     let by_ratio = FLOOR_BYTES.max(packed.len().saturating_mul(MAX_RATIO));
-    let free = machine::available_bytes().map_or(usize::MAX, |free| usize::try_from(free).unwrap_or(usize::MAX));
-    let limit = by_ratio.min(free);
+    let limit = if by_ratio == FLOOR_BYTES { FLOOR_BYTES } else { by_ratio.min(free_bytes()).max(FLOOR_BYTES) };
     let mut bytes = Vec::new();
     // Most files fit, and are not moved while they grow; room that is not used costs nothing. Others, or a system that
     // has no such room, do without.
@@ -97,6 +96,10 @@ pub(super) fn unpack(path: &Path, packing: Packing, packed: &[u8]) -> Result<Vec
             .help("compress the file without --long or --ultra")
             .into()),
     }
+}
+
+fn free_bytes() -> usize {
+    machine::available_bytes().map_or(usize::MAX, |free| usize::try_from(free).unwrap_or(usize::MAX))
 }
 
 fn gunzip(rest: &mut &[u8], limit: usize, bytes: &mut Vec<u8>) -> Result<(), Refusal> {

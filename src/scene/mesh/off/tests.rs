@@ -7,7 +7,9 @@ const WITH_NORMALS: Attributes = Attributes { normals: true, materials: false };
 
 const VERTICES: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
-fn read(text: &str) -> (Vec<Vec3>, Option<Vec<Vec3>>, Vec<[u32; 3]>, Vec<String>) {
+type Mesh = (Vec<Vec3>, Option<Vec<Vec3>>, Vec<[u32; 3]>, Vec<String>);
+
+fn read(text: &str) -> Mesh {
     let soup = parse(text.as_bytes(), WITH_NORMALS).unwrap_or_else(|finding| panic!("{finding:?} in {text}"));
     let mut findings = soup.findings;
     let triangles = soup.faces.cut(&soup.positions, &mut findings).unwrap();
