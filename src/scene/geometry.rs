@@ -278,7 +278,7 @@ fn load_mesh_file(
     let path = match find_file(&file_path.value, "mesh file", base) {
         Ok(path) => path,
         Err(problem) => {
-            report.mistake(&file_path.span, &format!("{}.file_path", hittable.key), problem);
+            report.mistake(&file_path.span, &format!("{}.file_path", hittable.key), *problem);
             return None;
         }
     };
@@ -292,12 +292,12 @@ fn load_mesh_file(
 }
 
 /// The file that a scene names, or what to say when there is none.
-pub fn find_file(file_path: &str, what: &str, base: &Base) -> Result<PathBuf, Problem> {
+pub fn find_file(file_path: &str, what: &str, base: &Base) -> Result<PathBuf, Box<Problem>> {
     let candidates = candidates_of(file_path, base);
     candidates.iter().find(|path| path.is_file()).cloned().ok_or_else(|| {
         let tried: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
         let problem = Problem::new(Place::default(), format!("{what} not found")).found(format!("\"{file_path}\""));
-        problem.help(format!("tried {}", tried.join(" and ")))
+        Box::new(problem.help(format!("tried {}", tried.join(" and "))))
     })
 }
 

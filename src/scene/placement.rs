@@ -128,7 +128,7 @@ impl<'a> Prototypes<'a> {
         match found.map(|path| read_placements(&path)) {
             Ok(Ok(transforms)) => return Some(transforms),
             Ok(Err(error)) => report.mistakes_elsewhere(span, error.problems),
-            Err(problem) => report.mistake(span, &format!("{}.placements", hittable.key), problem),
+            Err(problem) => report.mistake(span, &format!("{}.placements", hittable.key), *problem),
         }
         None
     }
