@@ -7,7 +7,7 @@ use super::super::mesh::polygon::Cutter;
 use super::super::source::Source;
 use super::super::{Compiled, Names, Overrides, RenderKeys, compile, geometry, validate};
 use super::cone::Cone;
-use super::read::{Light, Run, Sphere, Statements, View};
+use super::statement::{Light, Run, Sphere, Statements, View};
 use crate::error::{Error, Place, Problem};
 use crate::numeric::clip::Clip;
 use crate::world::{Camera, Dropped, MaterialId, MeshInput, ObjectId, PrimRef, World};

@@ -9,6 +9,7 @@
 mod build;
 mod cone;
 mod read;
+mod statement;
 mod words;
 
 use std::path::Path;
