@@ -7,11 +7,8 @@
 mod shared_data;
 mod world_kit;
 
-use std::path::Path;
-use std::process::Command;
-
 use flatray::render::RayCounts;
-use flatray::scene::{Compiled, Overrides, nff};
+use flatray::scene::{Compiled, Overrides, load};
 use shared_data::shared;
 use world_kit::{center_settings, render_world};
 
@@ -20,19 +17,13 @@ const FOV_DEGREES: f64 = 45.158477494738854;
 /// Camera rays that hit, mirror rays, refracted rays, shadow rays.
 type Counts = [u64; 4];
 
-/// A database at a size; `None`, said aloud, where the file or what decompresses it is absent.
-#[allow(clippy::print_stderr)]
+/// A database at a size; `None`, said aloud, where the file is absent.
 fn database(name: &str, side_px: u32) -> Option<Compiled> {
     let path = shared(&format!("spd/{name}.nff.zst"))?;
-    let Ok(output) = Command::new("zstd").arg("-dcq").arg(&path).output() else {
-        eprintln!("SKIPPED: this test needs the program `zstd`");
-        return None;
-    };
-    assert!(output.status.success(), "zstd -dcq {}", path.display());
     let side = Some(side_px);
     let overrides =
         Overrides { width_px: side, height_px: side, fov_y_degrees: Some(FOV_DEGREES), ..Overrides::default() };
-    Some(nff::from_bytes(Path::new(name), output.stdout, &overrides).unwrap_or_else(|error| panic!("{error}")))
+    Some(load(&path, &overrides).unwrap_or_else(|error| panic!("{error}")))
 }
 
 fn rays(scene: &Compiled) -> RayCounts {

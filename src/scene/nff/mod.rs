@@ -38,7 +38,9 @@ pub fn from_bytes(name: &Path, bytes: Vec<u8>, overrides: &Overrides) -> Result<
 }
 
 fn compile_source(source: &Source, overrides: &Overrides) -> Result<Compiled, Error> {
-    let statements = read::read(source.bytes()).map_err(|finding| finding.into_problem(source))?;
+    let statements = read::read(source.bytes()).map_err(|finding| finding.into_problem(source));
+    source.check_unchanged()?;
+    let statements = statements?;
     build::build(statements, source, overrides)
 }
 
