@@ -263,20 +263,21 @@ impl Reader<'_> {
         let Reader { mut out, tallies, .. } = self;
         let Tallies { second_views, without_fill, bad_spheres, bad_cones, zero_normals, turned_patches } = tallies;
         let tell = |tally: Tally, one: &'static str, many: &'static str| tally.finding(|n| counted(n, one, many));
+        let defect = |tally, one, many| tell(tally, one, many).map(Finding::defect);
         let told = [
             tell(second_views, "view more than one: the last is used", "views more than one: the last is used"),
             without_fill.finding(|_| "objects before the first fill: they are light grey".to_owned()),
-            tell(
+            defect(
                 bad_spheres,
                 "sphere without a radius or beyond the range of 32-bit floats left out",
                 "spheres without a radius or beyond the range of 32-bit floats left out",
             ),
-            tell(
+            defect(
                 bad_cones,
                 "cone without length or radius or beyond the range of 32-bit floats left out",
                 "cones without length or radius or beyond the range of 32-bit floats left out",
             ),
-            tell(
+            defect(
                 zero_normals,
                 "normal of a patch is zero or not finite, and does not count",
                 "normals of patches are zero or not finite, and do not count",
