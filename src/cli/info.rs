@@ -51,9 +51,14 @@ pub struct Primitives {
     pub quadrics: usize,
     /// Quadrics without a box, which stand outside the BVH; counted in `quadrics` too.
     pub unbounded_quadrics: usize,
+    /// Triangles in the tables; those of prototypes once.
     pub triangles: usize,
     pub meshes: usize,
     pub vertices: usize,
+    /// Placements of prototypes.
+    pub instances: usize,
+    /// Triangles that can be seen: those of a prototype as often as it is placed.
+    pub placed_triangles: u64,
 }
 
 /// An axis-aligned box.
@@ -191,6 +196,8 @@ fn gather(input: String, scene: &Compiled, load_seconds: f64, (bvh, n_unbounded)
             triangles: world.triangles.len(),
             meshes: world.meshes.len(),
             vertices: world.triangles.positions.len(),
+            instances: world.instances.len(),
+            placed_triangles: world.n_placed_triangles(),
         },
         bounds: world.bounds().map(|bounds| Box3 { lo: bounds.lo.to_array(), hi: bounds.hi.to_array() }),
         materials: materials(scene),

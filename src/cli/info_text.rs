@@ -48,6 +48,10 @@ fn primitives(info: &Info, page: &mut Page) {
     page.fact("quadrics", format!("{} ({} unbounded)", count(kinds.quadrics), count(kinds.unbounded_quadrics)));
     let (meshes, vertices) = (count(kinds.meshes), count(kinds.vertices));
     page.fact("triangles", format!("{} in {meshes} meshes of {vertices} vertices", count(kinds.triangles)));
+    if kinds.instances > 0 {
+        let seen = quantity::count(kinds.placed_triangles);
+        page.fact("instances", format!("{}, {seen} triangles with them", count(kinds.instances)));
+    }
     match &info.bounds {
         Some(bounds) => page.fact("bounds", format!("{} to {}", row(&bounds.lo), row(&bounds.hi))),
         None => page.fact("bounds", "none: nothing is bounded"),

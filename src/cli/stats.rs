@@ -162,7 +162,7 @@ mod tests {
             "seconds": {"load": 0.5, "build": 0.0, "trace": 0.0, "write": 0.0, "total": 0.0},
             "rays": {"camera": 4, "camera_hit": 3, "reflection": 0, "refraction": 0, "shadow": 0},
             "exact_tests": 0,
-            "memory_bytes": {"tables": 10, "accel": 20, "peak": null},
+            "memory_bytes": {"tables": 10, "accel": 20, "estimate": 30, "peak": null},
             "width": 2, "height": 1, "samples": 2, "threads": 1, "bvh": "medium"
         });
         assert_eq!(json, expected);
