@@ -410,7 +410,7 @@ const CASES: &[Case] = &[
     Case { name: "an array nested without end",
         scene: "a = [[[[[",
         told: &[
-            "s.toml:1:1: a: unknown key (known here: camera, render, material, hittable, light_source)",
+            "s.toml:1:1: a: unknown key (known here: camera, render, material, prototype, hittable, light_source)",
             "s.toml:1:10: not valid TOML: unclosed array, expected `]`",
         ] },
     Case { name: "a prototype that is not there",

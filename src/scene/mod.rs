@@ -37,7 +37,7 @@ use crate::world::{Camera, World};
 const MAX_TEXT_BYTES: u64 = 256 << 20;
 
 /// What is read of a file to tell its kind, in bytes.
-const SNIFFED_BYTES: u64 = 4096;
+const SNIFFED_BYTES: usize = 4096;
 
 /// A compiled scene: the tables, and beside them what the tables do not hold.
 #[derive(Clone, Debug)]
@@ -155,7 +155,6 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> {
         }
         Some(InputKind::Mesh) => frame::load_mesh(path, overrides)?,
         Some(InputKind::Nff) => nff::load(path, overrides)?,
-        None if begins_as_nff(path) => nff::load(path, overrides)?,
         None => {
             return Err(Problem::new(Place::file(path), "not a kind of file that can be rendered")
                 .expected(
@@ -180,7 +179,7 @@ enum InputKind {
     Nff,
 }
 
-/// What a file is by its extension, in upper or lower case; a mesh also by its content, under a name that tells nothing.
+/// What a file is by its extension, in upper or lower case; under a name that tells nothing, by its content.
 fn input_kind(path: &Path) -> Option<InputKind> {
     let name = path.file_name()?.to_string_lossy().to_lowercase();
     if name.ends_with(".toml") {
@@ -189,15 +188,16 @@ fn input_kind(path: &Path) -> Option<InputKind> {
     if source::unpacked_name(path).ends_with(".nff") {
         return Some(InputKind::Nff);
     }
+    if !mesh::is_mesh_path(path) && begins_as_nff(path) {
+        return Some(InputKind::Nff);
+    }
     (mesh::is_mesh_path(path) || mesh::has_mesh_content(path)).then_some(InputKind::Mesh)
 }
 
-/// Whether the beginning of a regular file is that of an NFF scene.
+/// Whether a regular file, plain or compressed, begins as an NFF scene does.
 fn begins_as_nff(path: &Path) -> bool {
-    let mut head = Vec::new();
-    let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
-    let mut read = || File::open(path)?.take(SNIFFED_BYTES).read_to_end(&mut head);
-    is_file && read().is_ok() && nff::is_nff(&head)
+    let is_nff = |source: source::Source| nff::is_nff(&source.bytes()[..source.bytes().len().min(SNIFFED_BYTES)]);
+    source::Source::open(path).is_ok_and(is_nff)
 }
 
 /// The text of a scene file.
