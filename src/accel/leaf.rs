@@ -11,8 +11,12 @@ use crate::world::{Hit, InstanceId, PrimKind, PrimRef, World};
 /// Tests a leaf for the closest hit.
 #[inline(always)]
 pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) {
+    // Most leaves are of triangles: a comparison for them, and no jump by table.
+    if tag.is_triangles() {
+        return closest_triangle(simd, tree, walk, first, tag.n_prims());
+    }
     match tag.kind() {
-        PrimKind::Triangle => closest_triangle(simd, tree, walk, first, tag.n_prims()),
+        PrimKind::Triangle => {}
         PrimKind::Sphere => {
             for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
                 for lane in set_bits(open_spheres(simd, world, &walk.ray, four)) {
@@ -36,8 +40,11 @@ pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk
 #[inline(always)]
 pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first: u32, tag: Tag) -> bool {
     // Loops rather than `any`: its closures are not always inlined, and must be, to be compiled for the batch's ISA.
+    if tag.is_triangles() {
+        return any_triangle(simd, tree, walk, first, tag.n_prims());
+    }
     match tag.kind() {
-        PrimKind::Triangle => return any_triangle(simd, tree, walk, first, tag.n_prims()),
+        PrimKind::Triangle => {}
         PrimKind::Sphere => {
             for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
                 for lane in set_bits(open_spheres(simd, world, &walk.ray, four)) {

@@ -2,7 +2,7 @@
 
 use super::describe::{self, Undescribed};
 use super::leaf;
-use super::walk::{Pending, Walk};
+use super::walk::{Pending, Thicken, Walk};
 use super::wide::{Tag, WideTree};
 use super::{Accel, AccelKind, linear};
 use crate::numeric::prepared::{PreparedRay, longest_axis};
@@ -180,7 +180,7 @@ impl<'a, Q: Query> Asked<'a, Q> {
                     Ok(hit) => {
                         walk.begin(simd, ray, hit);
                         if self.accel.has_placements() {
-                            walk.thicken(simd, RAY_SPREAD);
+                            simd.apart(Thicken { walk, share: RAY_SPREAD });
                         }
                         return Some(ray_idx);
                     }

@@ -9,7 +9,7 @@ use crate::numeric::lane::{LaneRay, RoundedRay};
 use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
-use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
+use crate::simd::{Batch, F64Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::Hit;
 
 /// A ray on its way.
@@ -97,7 +97,7 @@ impl Walk {
 
     /// Has boxes tested as if the ray were thicker, by a share of the largest coordinate of its origin.
     #[inline(always)]
-    pub fn thicken<S: Simd>(&mut self, simd: S, share: f64) {
+    fn thicken<S: Simd>(&mut self, simd: S, share: f64) {
         let spread = share * self.ray.origin.abs().max_element();
         let [down, _] = lanes(simd, self.ray.origin - spread).outwards();
         let [_, up] = lanes(simd, self.ray.origin + spread).outwards();
@@ -133,6 +133,21 @@ impl Walk {
         self.t_max = t_high;
         self.limit = Item::limit(t_high);
         self.ray.t_max = f64::from(t_high).next_up();
+    }
+}
+
+/// Has boxes tested as if a ray were thicker, for scenes where something is placed.
+pub struct Thicken<'a> {
+    /// The ray.
+    pub walk: &'a mut Walk,
+    /// By which share of the largest coordinate of its origin.
+    pub share: f64,
+}
+
+impl Batch for Thicken<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        self.walk.thicken(simd, self.share);
     }
 }
 

@@ -71,6 +71,12 @@ impl Tag {
         usize::from(self.0 & 0x0f)
     }
 
+    /// Whether it is a leaf of triangles.
+    #[inline]
+    pub fn is_triangles(self) -> bool {
+        self.0 & 0x30 == (PrimKind::Triangle as u8) << 4
+    }
+
     /// Kind of a leaf.
     #[inline]
     pub fn kind(self) -> PrimKind {

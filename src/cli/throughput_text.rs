@@ -7,10 +7,11 @@ use crate::world::World;
 /// What is in a scene.
 pub fn about(world: &World) -> String {
     format!(
-        "{} triangles, {} spheres, {} quadrics, {} lights",
+        "{} triangles, {} spheres, {} quadrics, {} placements, {} lights",
         quantity::count(world.triangles.len() as u64),
         quantity::count(world.spheres.len() as u64),
         quantity::count(world.quadrics.len() as u64),
+        quantity::count(world.instances.len() as u64),
         quantity::count(world.lights.len() as u64),
     )
 }

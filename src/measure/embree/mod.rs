@@ -48,7 +48,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The triangles and spheres of a world; spheres are rounded to f32.
+    /// The triangles and spheres of a world, without placements; spheres are rounded to f32.
     pub fn of(world: &World) -> Geometry {
         let mut positions: Vec<f32> =
             world.triangles.positions.iter().flat_map(|position| position.to_array()).collect();
@@ -56,7 +56,7 @@ impl Geometry {
         let spheres = world.spheres.centers.iter().zip(&world.spheres.radii);
         Geometry {
             positions,
-            triangles: world.triangles.vertices.clone(),
+            triangles: world.own_triangles().map(|row| world.triangles.vertices[row]).collect(),
             spheres: spheres.map(|(center, &radius)| center.as_vec3().extend(radius as f32).to_array()).collect(),
         }
     }

@@ -37,7 +37,9 @@ pub fn judge(
     tests: u64,
     threads: usize,
 ) -> Result<usize, Error> {
-    let affordable = usize::try_from(tests / world.n_prims().max(1) as u64).unwrap_or(usize::MAX);
+    // A scan tests the triangles of a prototype as often as it is placed.
+    let tests_per_ray = (world.spheres.len() + world.quadrics.len()) as u64 + world.n_placed_triangles();
+    let affordable = usize::try_from(tests / tests_per_ray.max(1)).unwrap_or(usize::MAX);
     let n_judged = affordable.max(LEAST_JUDGED).min(rays.len());
     // One ray from each of `n_judged` equal parts.
     let stride = rays.len() as f64 / n_judged.max(1) as f64;

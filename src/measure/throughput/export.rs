@@ -16,7 +16,7 @@ pub type Content = (String, Vec<f32>);
 
 /// All files: names and numbers. The rays are those whose numbers are f32; the hits of shadow rays are their closest.
 pub fn contents(world: &World, work: &Work) -> Vec<Content> {
-    let triangles = (0..world.triangles.len()).flat_map(|row| world.triangles.corners(row));
+    let triangles = world.own_triangles().flat_map(|row| world.triangles.corners(row));
     let triangles: Vec<f32> = triangles.flat_map(|corner| corner.to_array()).collect();
     let mut files = vec![("triangles.f32".to_owned(), triangles)];
     let Some(tree) = work.trees.first() else { return files };

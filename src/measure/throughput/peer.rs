@@ -61,9 +61,10 @@ impl<'g> Peers<'g> {
         let mut notes = vec![format!("Embree {major}.{minor}.{patch}: {}", library.path.display())];
         let isas = PeerIsa::available();
         let Some(&newest) = isas.last() else { return Err("the processor has no instruction set of it".to_owned()) };
-        let complete = world.quadrics.is_empty();
+        let complete = world.quadrics.is_empty() && world.instances.is_empty();
         if !complete {
-            notes.push("Embree has no quadrics: it traces the scene without them, and is not compared".to_owned());
+            let what = "quadrics, and placements as flatray has them";
+            notes.push(format!("Embree has no {what}: it traces the scene without them, and is not compared"));
         }
         if geometry.has_rounded_spheres(world) {
             notes.push("Embree's spheres are rounded to f32; some of its wrong answers may come from that".to_owned());
