@@ -32,6 +32,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::BARE;
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
@@ -185,7 +186,7 @@ impl Accel {
     /// Whether anything is placed: rays are then tested against boxes of the world as if they were thicker.
     #[inline]
     fn has_placements(&self) -> bool {
-        !self.tree.prototypes.is_empty()
+        !BARE && !self.tree.prototypes.is_empty()
     }
 
     /// Answers each ray with its closest hit: the smallest `t`, at equal `t` the lowest id. A ray that
@@ -221,7 +222,8 @@ impl Accel {
         }
         let mut ray = *ray;
         for prim in &self.unbounded {
-            if let Some(found) = prim.intersect(world, &ray).filter(|found| found.is_before(&best)) {
+            // Quadrics alone have no box.
+            if let Some(found) = world.quadrics.intersect(prim.row(), &ray).filter(|found| found.is_before(&best)) {
                 best = found;
                 ray.t_max = ray.t_max.min(found.t.next_up());
             }

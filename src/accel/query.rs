@@ -2,7 +2,7 @@
 
 use super::describe::{self, Undescribed};
 use super::leaf;
-use super::walk::{Pending, Thicken, Walk};
+use super::walk::{Pending, Walk, thick_slab};
 use super::wide::{Tag, WideTree};
 use super::{Accel, AccelKind, linear};
 use crate::numeric::prepared::{PreparedRay, longest_axis};
@@ -89,7 +89,8 @@ impl Query for Any {
     #[inline(always)]
     fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Hit, bool> {
         for prim in &accel.unbounded {
-            if prim.intersect(world, ray).is_some() {
+            // Quadrics alone have no box.
+            if world.quadrics.intersect(prim.row(), ray).is_some() {
                 return Err(true);
             }
         }
@@ -180,7 +181,7 @@ impl<'a, Q: Query> Asked<'a, Q> {
                     Ok(hit) => {
                         walk.begin(simd, ray, hit);
                         if self.accel.has_placements() {
-                            simd.apart(Thicken { walk, share: RAY_SPREAD });
+                            walk.slab = thick_slab(ray, RAY_SPREAD);
                         }
                         return Some(ray_idx);
                     }

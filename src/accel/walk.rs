@@ -9,7 +9,7 @@ use crate::numeric::lane::{LaneRay, RoundedRay};
 use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
-use crate::simd::{Batch, F64Lanes, MaskLanes, Simd, WIDTH64};
+use crate::simd::{F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
 use crate::world::Hit;
 
 /// A ray on its way.
@@ -95,17 +95,6 @@ impl Walk {
         self.ray = ray;
     }
 
-    /// Has boxes tested as if the ray were thicker, by a share of the largest coordinate of its origin.
-    #[inline(always)]
-    fn thicken<S: Simd>(&mut self, simd: S, share: f64) {
-        let spread = share * self.ray.origin.abs().max_element();
-        let [down, _] = lanes(simd, self.ray.origin - spread).outwards();
-        let [_, up] = lanes(simd, self.ray.origin + spread).outwards();
-        let inverse = RoundedRay::new(simd, &self.ray).inverse;
-        let octant = self.slab.octant;
-        self.slab = SlabRay::new::<S>(&[down, up], [inverse.abs(), inverse.abs()], octant, f32_at_most(self.ray.t_min));
-    }
-
     /// A walk along a ray of no consequence, as a place for others.
     #[inline(always)]
     pub fn nowhere<S: Simd>(simd: S) -> Walk {
@@ -136,19 +125,17 @@ impl Walk {
     }
 }
 
-/// Has boxes tested as if a ray were thicker, for scenes where something is placed.
-pub struct Thicken<'a> {
-    /// The ray.
-    pub walk: &'a mut Walk,
-    /// By which share of the largest coordinate of its origin.
-    pub share: f64,
-}
-
-impl Batch for Thicken<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        self.walk.thicken(simd, self.share);
-    }
+/// A ray for boxes, thicker by a share of the largest coordinate of its origin: for scenes where something is placed. It
+/// takes and returns values, so that rays of other scenes need not have an address.
+#[cold]
+#[inline(never)]
+pub fn thick_slab(ray: PreparedRay, share: f64) -> SlabRay {
+    let spread = share * ray.origin.abs().max_element();
+    let [down, _] = lanes(Portable, ray.origin - spread).outwards();
+    let [_, up] = lanes(Portable, ray.origin + spread).outwards();
+    let inverse = RoundedRay::new(Portable, &ray).inverse;
+    let octant = inverse.lt(Portable.splat64(0.0)).bits() as u8;
+    SlabRay::new::<Portable>(&[down, up], [inverse.abs(), inverse.abs()], octant, f32_at_most(ray.t_min))
 }
 
 impl Best {

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::refract::refracted;
-use super::surface::{JUST_BEFORE_LIGHT, Surface, describe, shading_normal};
+use super::surface::{JUST_BEFORE_LIGHT, Surface, describe_in, shading_normal};
 use super::terminator;
 use super::trace::{Bounces, Level};
 use crate::BARE;
@@ -98,7 +98,11 @@ impl Shading {
         (lighting.n_refractions, lighting.n_refracted) = (0, 0);
         let Level { rays, hits, radiance, .. } = &mut *level;
         let points = &mut lighting.points;
-        self.isa.dispatch(Describe { world, is_shaded, rays, hits, radiance, points });
+        if BARE || world.instances.is_empty() {
+            self.isa.dispatch(Describe::<false> { world, is_shaded, rays, hits, radiance, points });
+        } else {
+            self.isa.dispatch(Describe::<true> { world, is_shaded, rays, hits, radiance, points });
+        }
         stage(world, level, next, lighting);
     }
 }
@@ -106,7 +110,7 @@ impl Shading {
 /// The first step: every ray gets the radiance that needs no further ray, and hits that are shaded are described. One loop
 /// over hits that is compiled for the processor: describing is double-double arithmetic, whose fused multiply-adds are
 /// calls without the instruction.
-struct Describe<'a> {
+struct Describe<'a, const PLACED: bool> {
     world: &'a World,
     is_shaded: &'a [bool],
     rays: &'a [Ray],
@@ -115,7 +119,7 @@ struct Describe<'a> {
     points: &'a mut Vec<DescribedHit>,
 }
 
-impl Batch for Describe<'_> {
+impl<const PLACED: bool> Batch for Describe<'_, PLACED> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
         let Describe { world, is_shaded, rays, hits, radiance, points } = self;
@@ -124,10 +128,14 @@ impl Batch for Describe<'_> {
                 radiance.push(world.background);
                 continue;
             }
-            let material = hit.material(world);
+            let material = if PLACED { hit.material(world) } else { hit.own_material(world) };
             radiance.push(world.materials.ambient[material.idx()]);
             if is_shaded[material.idx()] {
-                points.push(DescribedHit { ray_idx: ray_idx as u32, material, surface: describe(world, ray, hit) });
+                points.push(DescribedHit {
+                    ray_idx: ray_idx as u32,
+                    material,
+                    surface: describe_in::<PLACED>(world, ray, hit),
+                });
             }
         }
     }
@@ -264,8 +272,22 @@ fn light<const TERMINATOR: bool>(
         shadow_rays.push(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT));
         shadow.push(ShadowRay { ray_idx, radiance });
     }
-    let n_directions = if BARE { 0 } else { lights.directions.len() };
-    for (&direction, &intensity) in lights.directions[..n_directions].iter().zip(&lights.directional_intensities) {
+    if !BARE && !lights.directions.is_empty() {
+        light_from_afar::<TERMINATOR>(world, point, ray_idx, shadow, shadow_rays);
+    }
+}
+
+/// The same for directional lights; apart, so that scenes without them do not carry a second loop in registers.
+#[inline(never)]
+fn light_from_afar<const TERMINATOR: bool>(
+    world: &World,
+    point: &Point,
+    ray_idx: u32,
+    shadow: &mut Vec<ShadowRay>,
+    shadow_rays: &mut Vec<Ray>,
+) {
+    let lights = &world.lights;
+    for (&direction, &intensity) in lights.directions.iter().zip(&lights.directional_intensities) {
         let wi = -direction;
         let Some(radiance) = lit(world, point, wi, intensity) else { continue };
         shadow_rays.push(Ray::new(point.leave::<TERMINATOR>(wi), wi));

@@ -48,26 +48,32 @@ impl Surface {
 /// distance; one step along the normal leaves only the rounding of the point itself.
 #[inline(always)]
 pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
-    if !BARE && let Some(placement) = hit.instance.row() {
+    describe_in::<true>(world, ray, hit)
+}
+
+/// [`describe`] in a world of which it is known whether anything is placed.
+#[inline(always)]
+pub fn describe_in<const PLACED: bool>(world: &World, ray: &Ray, hit: &Hit) -> Surface {
+    if PLACED && let Some(placement) = hit.instance.row() {
         return describe_placed(world, placement, ray, hit);
     }
     let along = point_along(ray.origin, ray.direction, hit);
     let row = hit.prim.row();
-    match hit.prim.kind() {
-        // A hit never names a placement itself.
-        PrimKind::Triangle | PrimKind::Instance => describe_triangle(world, row, along),
-        PrimKind::Sphere => {
-            let (center, radius) = (world.spheres.centers[row], world.spheres.radii[row]);
-            let off = along - center;
-            let length = off.length();
-            let ng = if length > 0.0 && length < f64::INFINITY { off / length } else { facing(ray) };
-            let p = along + to_surface(center, radius, along, ng);
-            // Squares of radii beyond 1e154 overflow.
-            let p = if p.is_finite() { p } else { step_along(center, radius, ng) };
-            Surface { p, ng, extent: radius }
-        }
-        PrimKind::Quadric => describe_quadric(world, row, ray, along),
+    if hit.prim.is_triangle() {
+        return describe_triangle(world, row, along);
     }
+    // A hit never names a placement itself.
+    if hit.prim.kind() != PrimKind::Sphere {
+        return describe_quadric(world, row, ray, along);
+    }
+    let (center, radius) = (world.spheres.centers[row], world.spheres.radii[row]);
+    let off = along - center;
+    let length = off.length();
+    let ng = if length > 0.0 && length < f64::INFINITY { off / length } else { facing(ray) };
+    let p = along + to_surface(center, radius, along, ng);
+    // Squares of radii beyond 1e154 overflow.
+    let p = if p.is_finite() { p } else { step_along(center, radius, ng) };
+    Surface { p, ng, extent: radius }
 }
 
 #[inline(always)]

@@ -56,6 +56,12 @@ impl PrimRef {
         }
     }
 
+    /// Whether it is a triangle: a comparison, where a `match` over all kinds would be a jump.
+    #[inline]
+    pub fn is_triangle(self) -> bool {
+        BARE || self.0 >> ROW_BITS == PrimKind::Triangle as u32
+    }
+
     /// The row in the table of its kind.
     #[inline]
     pub fn row(self) -> usize {

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::{InstanceId, MaterialId, ObjectId, PrimKind, PrimRef, World};
-use crate::BARE;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::Parameter;
 use crate::numeric::triangle::TriangleHit;
@@ -120,19 +119,19 @@ impl Hit {
     /// The material of what was hit. Must not be asked of a miss.
     #[inline]
     pub fn material(&self, world: &World) -> MaterialId {
-        if !BARE
-            && let Some(row) = self.instance.row()
-            && let Some(material) = world.instances.materials[row]
-        {
-            return material;
-        }
+        let placement = self.instance.row().and_then(|row| world.instances.materials[row]);
+        placement.unwrap_or_else(|| self.own_material(world))
+    }
+
+    /// The material of the row that was hit, whatever its placement says. Must not be asked of a miss.
+    #[inline]
+    pub fn own_material(&self, world: &World) -> MaterialId {
         let row = self.prim.row();
-        match self.prim.kind() {
-            PrimKind::Sphere => world.spheres.materials[row],
-            PrimKind::Quadric => world.quadrics.materials[row],
-            // A hit never names a placement itself.
-            PrimKind::Triangle | PrimKind::Instance => world.meshes.materials[world.meshes.of_triangle(row).idx()],
+        if self.prim.is_triangle() {
+            return world.meshes.materials[world.meshes.of_triangle(row).idx()];
         }
+        // A hit never names a placement itself.
+        if self.prim.kind() == PrimKind::Sphere { world.spheres.materials[row] } else { world.quadrics.materials[row] }
     }
 
     /// The object of the scene file that was hit. Must not be asked of a miss.
