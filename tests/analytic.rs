@@ -4,13 +4,28 @@
 //! mode shows the arithmetic itself: some hundred roundings of 2⁻⁵³, enlarged by the exponent of a highlight (up to 40)
 //! and by the inverse cosine of the angle of incidence (up to 10, flatter pixels are left out): below 2⁻⁵³·2⁷·2⁶·2⁴ = 2⁻³⁶.
 
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod coverage;
+    pub mod material;
+    pub mod pinhole;
+    pub mod pixel;
+    pub mod quadric;
+    pub mod rendering;
+    pub mod settings;
+}
 
 use flatray::numeric::clip::Clip;
 use flatray::render::Settings;
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, World};
 use glam::{DMat4, DVec3, Vec3};
-use world_kit::{camera, center_settings, coverage, eye, pixel_direction, quadric, render_world, rgb, world_of};
+use world_kit::coverage::coverage;
+use world_kit::material::world_of;
+use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pixel::rgb;
+use world_kit::quadric::quadric;
+use world_kit::rendering::render_world;
+use world_kit::settings::center_settings;
 
 const F32_FILM: f64 = 1.0 / (1u64 << 23) as f64;
 const F64_FILM: f64 = 1.0 / (1u64 << 36) as f64;

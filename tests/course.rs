@@ -1,7 +1,12 @@
 //! The original's scenes in the original's mode, against what an independent double-precision renderer made of them.
 
 mod shared_data;
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod course;
+    pub mod rendering;
+    pub mod settings;
+}
 
 use std::io::Cursor;
 
@@ -10,7 +15,8 @@ use flatray::film::{Display, read_image};
 use flatray::measure::difference::{LevelDifference, compare_levels};
 use flatray::scene::{self, Overrides};
 use shared_data::shared;
-use world_kit::{course_settings, render_world};
+use world_kit::course::course_settings;
+use world_kit::rendering::render_world;
 
 /// Renders a scene of the original, writes it as the PNG that a user gets, and compares bytes with the reference.
 fn difference(name: &str) -> Option<(LevelDifference, usize)> {

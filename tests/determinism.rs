@@ -1,6 +1,11 @@
 //! The same bits whatever the number of threads, the size of tiles, the crop or the way hits are found.
 
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod course;
+    pub mod scenes;
+    pub mod settings;
+}
 
 use std::io::Cursor;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,7 +17,9 @@ use flatray::film::{Display, Encoder, Film, Region, Rows};
 use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
 use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::simd::Isa;
-use world_kit::{center_settings, load_scene, scene_names};
+use world_kit::course::course_settings;
+use world_kit::scenes::{load_scene, scene_names};
+use world_kit::settings::center_settings;
 
 /// Five jittered samples: odd counts put batch borders inside of pixels.
 fn jittered(scene: &Compiled) -> Settings {
@@ -182,7 +189,7 @@ fn structures_built_on_different_numbers_of_threads_are_the_same() {
 fn the_course_mode_is_deterministic_too() {
     let scene = load_scene("default", 70, 40);
     let accel = Accel::build(&scene.world, AccelKind::Bvh);
-    let settings = Settings { threads: 1, ..world_kit::course_settings(&scene.camera) };
+    let settings = Settings { threads: 1, ..course_settings(&scene.camera) };
     let reference = shoot(&scene, &accel, &settings);
     let other = shoot(&scene, &accel, &Settings { threads: 3, tile_size_px: 9, ..settings });
     assert_same(&other, &reference, "course");

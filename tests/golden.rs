@@ -3,7 +3,12 @@
 //!
 //! `FLATRAY_BLESS=1 cargo test --test golden` writes the golden images anew; look at the pictures before you commit them.
 
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod rendering;
+    pub mod scenes;
+    pub mod settings;
+}
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -14,7 +19,9 @@ use flatray::film::output::write_file;
 use flatray::film::{Display, Film, Plane, Samples, png};
 use flatray::measure::difference::compare;
 use flatray::render::{Sampler, Settings};
-use world_kit::{center_settings, load_scene, render_world, scene_names};
+use world_kit::rendering::render_world;
+use world_kit::scenes::{load_scene, scene_names};
+use world_kit::settings::center_settings;
 
 const WIDTH_PX: u32 = 72;
 const HEIGHT_PX: u32 = 48;
@@ -23,7 +30,7 @@ const HEIGHT_PX: u32 = 48;
 const MAX_TOTAL_BYTES: u64 = 600_000;
 
 fn golden_path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("exr")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden_images").join(name).with_extension("exr")
 }
 
 /// Four jittered samples, the scene's depth.

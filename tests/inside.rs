@@ -1,6 +1,16 @@
 //! Surfaces from every side: from inside, from outside, from on them; and what lies behind a light.
 
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod coverage;
+    pub mod hit;
+    pub mod material;
+    pub mod pinhole;
+    pub mod pixel;
+    pub mod quadric;
+    pub mod rendering;
+    pub mod settings;
+}
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,9 +18,14 @@ use flatray::film::Film;
 use flatray::render::Settings;
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, Ray, World};
 use glam::{DMat4, DVec3, Vec3};
-use world_kit::{
-    camera, center_settings, closest_hit, coverage, eye, pixel_direction, quadric, render_world, rgb, world_of,
-};
+use world_kit::coverage::coverage;
+use world_kit::hit::closest_hit;
+use world_kit::material::world_of;
+use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pixel::rgb;
+use world_kit::quadric::quadric;
+use world_kit::rendering::render_world;
+use world_kit::settings::center_settings;
 
 const OBJECT: ObjectId = ObjectId(0);
 

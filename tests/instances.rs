@@ -107,7 +107,7 @@ fn no_ray_that_leaves_a_placement_meets_the_triangle_it_leaves() {
                 continue;
             }
             let surface = describe(&world, &ray, &hit);
-            assert!((surface.ng.length() - 1.0).abs() < 1e-12);
+            assert!((surface.ng.length() - 1.0).abs() <= 2.0 * f64::EPSILON);
             let to_object = world.instances.object_from_world[0];
             for _ in 0..20 {
                 let tangent = random.perpendicular(surface.ng);
@@ -139,7 +139,7 @@ fn normals_of_mirrored_and_stretched_placements_point_outwards() {
         assert_eq!(hit.instance, InstanceId::new(0));
         let surface = describe(&world, &ray, &hit);
         assert!(surface.ng.dot(ray.direction) < 0.0);
-        assert!(surface.p.distance(ray.at(hit.t)) < 1e-13);
+        assert!(surface.p.distance(ray.at(hit.t)) <= 64.0 * f64::EPSILON);
     }
 }
 

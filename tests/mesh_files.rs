@@ -4,14 +4,17 @@
 #![allow(clippy::print_stderr)]
 
 mod mesh_kit;
+mod nasty;
 mod shared_data;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use flatray::measure::stress::random::Random;
 use flatray::scene::mesh::{self, MeshFile};
-use mesh_kit::{gzip, mutate, valid_files, zstd};
+use mesh_kit::{gzip, valid_files, zstd};
+use nasty::nasty_files;
 use shared_data::shared;
 
 fn assert_indices_in_range(mesh: &MeshFile, of: &str) {
@@ -98,18 +101,6 @@ fn counts_and_bounds_of_the_shared_meshes_equal_a_second_readers() {
     }
 }
 
-fn mesh_files_below(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            mesh_files_below(&path, files);
-        } else if mesh::is_mesh_path(&path) {
-            files.push(path);
-        }
-    }
-    files.sort();
-}
-
 /// The nasty files that must not render: indices that name nothing, and a header without a vertex element.
 const REFUSED: [&str; 4] = [
     "invalid-relative-texture-index.obj",
@@ -120,10 +111,7 @@ const REFUSED: [&str; 4] = [
 
 #[test]
 fn every_nasty_file_loads_or_is_refused_with_its_name_and_place_within_a_second() {
-    let Some(folder) = shared("nasty") else { return };
-    let mut files = Vec::new();
-    mesh_files_below(&folder, &mut files);
-    assert!(files.len() > 100, "{}", files.len());
+    let Some(files) = nasty_files() else { return };
     let mut refused = Vec::new();
     for path in &files {
         let started = Instant::now();
@@ -149,21 +137,37 @@ fn every_nasty_file_loads_or_is_refused_with_its_name_and_place_within_a_second(
     assert_eq!(refused, REFUSED);
 }
 
+/// One random change: cut, delete, insert, replace, repeat, flip.
+fn mutate(bytes: &mut Vec<u8>, random: &mut impl FnMut(usize) -> usize) {
+    let telling = [0, 255, 127, 128, b'-', b'9', b'\n', b'\r', b' ', b'\\', b'/', b'.', b'e', b'#'];
+    let at = random(bytes.len());
+    match random(6) {
+        0 if random(4) == 0 => bytes.truncate(at),
+        1 if at < bytes.len() => drop(bytes.remove(at)),
+        2 => bytes.insert(at, telling[random(telling.len())]),
+        3 if at < bytes.len() => bytes[at] = telling[random(telling.len())],
+        4 => {
+            let piece = bytes[at..(at + random(20)).min(bytes.len())].to_vec();
+            let to = random(bytes.len());
+            bytes.splice(to..to, piece);
+        }
+        _ if at < bytes.len() => bytes[at] ^= 1 << random(8),
+        _ => {}
+    }
+}
+
 #[test]
 fn mutated_files_never_panic_and_what_is_accepted_has_its_indices_in_range() {
-    const SEED: u64 = 0x5eed_0f1a_7ba7_0001;
+    const SEED: u64 = 1;
     let factor = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
-    let mut state = SEED;
-    let mut random = |below: usize| {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        ((state >> 33) as usize) % below.max(1)
-    };
     for (name, valid) in valid_files() {
         let mesh = mesh::from_bytes(Path::new(name), valid.clone()).unwrap_or_else(|error| panic!("{error}"));
         assert!(mesh.triangles.len() >= 2, "{name}");
         let (mut n_accepted, mut n_refused) = (0, 0);
         for round in 0..3000 * factor {
             let mut bytes = valid.clone();
+            let mut random = Random::new(SEED, name, round);
+            let mut random = |n: usize| random.below(n.max(1) as u64) as usize;
             for _ in 0..1 + random(4) {
                 mutate(&mut bytes, &mut random);
             }

@@ -5,37 +5,23 @@
 #![allow(clippy::print_stderr)]
 
 mod mesh_kit;
+mod nasty;
 mod shared_data;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use flatray::scene::mesh;
 use flatray::scene::{self, Overrides};
 use mesh_kit::{gzip, valid_files, zstd};
-use shared_data::shared;
+use nasty::nasty_files;
 
 const MAX_PEAK_BYTES: u64 = 1 << 30;
 
-fn files_below(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files_below(&path, files);
-        } else if mesh::is_mesh_path(&path) {
-            files.push(path);
-        }
-    }
-    files.sort();
-}
-
 #[test]
 fn every_collected_file_is_rendered_in_little_memory_or_refused_by_name() {
-    let Some(folder) = shared("nasty") else { return };
-    let mut files = Vec::new();
-    files_below(&folder, &mut files);
-    assert!(files.len() > 100, "{}", files.len());
+    let Some(files) = nasty_files() else { return };
     let room = tempfile::tempdir().unwrap();
     let stats = room.path().join("stats.json");
     let mut n_rendered = 0;

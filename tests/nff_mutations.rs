@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use flatray::measure::stress::random::Random;
 use flatray::scene::{Overrides, nff};
 
 /// Every statement, and of each what makes it odd.
@@ -10,21 +11,9 @@ const SEED: &str = "# all statements\nb 0.078 0.361 0.753\nv\nfrom -1.6 1.6 1.7\
     c 0 0 0 0.15 0 0 1 0.1005\nc 1 0 0 -0.5 1 0 2 -0.5\nf 0.5 0.45 0.35 1 0 100000 0 0\np 3\n-1 -1 0\n-0.96875 -1 -0.0160409\n\
     -0.96875 -0.96875 -0.00732202\np 5\n0 0 0\n2 0 0\n2 2 0\n1 1 0\n0 2 0\npp 3\n0 0 1 0 0 1\n1 0 1 0.1 0 1\n0 1 1 0 0.1 1\n";
 
-/// Splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, below: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % below.max(1) as u64) as usize
-    }
-}
-
 /// Changes bytes, puts in pieces that readers stumble on, cuts and doubles.
 fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
+    let mut below = |n: usize| random.below(n.max(1) as u64) as usize;
     const PIECES: [&str; 16] = [
         "nan",
         "-inf",
@@ -43,16 +32,16 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
         "v from",
         "c 0 0 0 1 0 0 0 1\n",
     ];
-    for _ in 0..1 + random.next(2) {
-        let at = random.next(bytes.len());
-        match random.next(5) {
-            0 => bytes.iter_mut().skip(at).take(1).for_each(|byte| *byte = random.next(256) as u8),
+    for _ in 0..1 + below(2) {
+        let at = below(bytes.len());
+        match below(5) {
+            0 => bytes.iter_mut().skip(at).take(1).for_each(|byte| *byte = below(256) as u8),
             1 => bytes.truncate(at),
-            2 => drop(bytes.splice(at..at, PIECES[random.next(PIECES.len())].bytes())),
-            3 => drop(bytes.drain(at..bytes.len().min(at + random.next(12)))),
+            2 => drop(bytes.splice(at..at, PIECES[below(PIECES.len())].bytes())),
+            3 => drop(bytes.drain(at..bytes.len().min(at + below(12)))),
             _ => {
-                let piece = bytes[at..bytes.len().min(at + random.next(40))].to_vec();
-                let to = random.next(bytes.len());
+                let piece = bytes[at..bytes.len().min(at + below(40))].to_vec();
+                let to = below(bytes.len());
                 drop(bytes.splice(to..to, piece));
             }
         }
@@ -64,11 +53,10 @@ fn mutated_texts_load_or_are_refused_with_file_and_line() {
     let load = |bytes: Vec<u8>| nff::from_bytes(Path::new("mutated.nff"), bytes, &Overrides::default());
     let seed = load(SEED.as_bytes().to_vec()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((seed.world.spheres.len(), seed.world.quadrics.len(), seed.world.triangles.len()), (1, 2, 1 + 3 + 1));
-    let mut random = Random(5);
     let (mut n_loaded, mut n_refused) = (0, 0);
-    for _ in 0..20_000 {
+    for case in 0..20_000 {
         let mut bytes = SEED.as_bytes().to_vec();
-        mutate(&mut bytes, &mut random);
+        mutate(&mut bytes, &mut Random::new(5, "nff", case));
         let shown = String::from_utf8_lossy(&bytes).into_owned();
         match load(bytes) {
             Ok(scene) => {

@@ -3,15 +3,16 @@
 // Skips are said out loud.
 #![allow(clippy::print_stderr)]
 
+mod nasty;
 mod shared_data;
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use flatray::scene::mesh::{self, Attributes, MaterialRange};
 use flatray::scene::{Compiled, Overrides, load, load_text};
 use flatray::world::MaterialId;
 use glam::{DVec3, Vec3};
+use nasty::nasty_files;
 use shared_data::shared;
 use tempfile::TempDir;
 
@@ -312,22 +313,10 @@ fn threads_show_neither_in_normals_nor_in_materials() {
     assert!(with(3) == one && with(8) == one);
 }
 
-fn obj_files_below(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            obj_files_below(&path, files);
-        } else if path.extension().is_some_and(|extension| extension == "obj") {
-            files.push(path);
-        }
-    }
-}
-
 #[test]
 fn every_nasty_obj_loads_with_normals_and_materials_or_is_refused_as_it_is_without() {
-    let Some(folder) = shared("nasty") else { return };
-    let mut files = Vec::new();
-    obj_files_below(&folder, &mut files);
+    let Some(mut files) = nasty_files() else { return };
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "obj"));
     assert!(files.len() > 50, "{}", files.len());
     let mut n_with_materials = 0;
     for path in &files {

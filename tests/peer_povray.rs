@@ -13,7 +13,11 @@
 //! | `tri` | 1 for smooth, three corners, three normals |
 
 mod shared_data;
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod rendering;
+    pub mod settings;
+}
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +28,8 @@ use flatray::render::Settings;
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, World};
 use glam::{DMat4, DVec3, Vec3};
 use shared_data::shared;
-use world_kit::{center_settings, render_world};
+use world_kit::rendering::render_world;
+use world_kit::settings::center_settings;
 
 struct Peer {
     world: World,

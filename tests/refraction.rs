@@ -1,12 +1,25 @@
 //! Refraction against what a textbook says: where a slab moves an image, where reflection is total, and what becomes of
 //! the energy.
 
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod material;
+    pub mod pinhole;
+    pub mod pixel;
+    pub mod quadric;
+    pub mod rendering;
+    pub mod settings;
+}
 
 use flatray::render::{Rendered, Sampler, Settings};
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, World};
 use glam::{DVec3, Vec3};
-use world_kit::{camera, center_settings, eye, pixel_direction, quadric, render_world, rgb, world_of};
+use world_kit::material::world_of;
+use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pixel::rgb;
+use world_kit::quadric::quadric;
+use world_kit::rendering::render_world;
+use world_kit::settings::center_settings;
 
 const OBJECT: ObjectId = ObjectId(0);
 

@@ -5,12 +5,17 @@
 //! a surface faces. 2·atan(tan 22.5°·513/511) makes the centres of 513 pixels those corners.
 
 mod shared_data;
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod rendering;
+    pub mod settings;
+}
 
 use flatray::render::RayCounts;
 use flatray::scene::{Compiled, Overrides, load};
 use shared_data::shared;
-use world_kit::{center_settings, render_world};
+use world_kit::rendering::render_world;
+use world_kit::settings::center_settings;
 
 const FOV_DEGREES: f64 = 45.158477494738854;
 

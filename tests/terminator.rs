@@ -1,6 +1,14 @@
 //! The terminator correction in the renderer: what it lights, and what it leaves as it was.
 
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod hit;
+    pub mod pinhole;
+    pub mod pixel;
+    pub mod rendering;
+    pub mod scenes;
+    pub mod settings;
+}
 
 use flatray::film::Film;
 use flatray::measure::stress::mesh::lat_long;
@@ -8,9 +16,12 @@ use flatray::render::Settings;
 use flatray::render::surface::shading_normal;
 use flatray::world::{Camera, Material, MeshInput, Ray, World};
 use glam::{DVec3, dvec3};
-use world_kit::{
-    camera, center_settings, closest_hit, eye, load_scene, pixel_direction, render_world, rgb, scene_names,
-};
+use world_kit::hit::closest_hit;
+use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pixel::rgb;
+use world_kit::rendering::render_world;
+use world_kit::scenes::{load_scene, scene_names};
+use world_kit::settings::center_settings;
 
 const SIZE_PX: u32 = 96;
 const LIGHT: DVec3 = dvec3(4e3, 1e3, 0.0);

@@ -1,11 +1,14 @@
 //! Transforms of objects: exact where they can be, outward normals stay outward, spheres become what they must.
 
-mod world_kit;
+/// Building worlds and rendering them.
+mod world_kit {
+    pub mod hit;
+}
 
 use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::world::{PrimKind, Ray, World};
 use glam::{DVec3, Vec3, dvec3};
-use world_kit::closest_hit;
+use world_kit::hit::closest_hit;
 
 fn compile(text: &str) -> Compiled {
     load_text(text, "test.toml", None, &Overrides::default()).unwrap_or_else(|error| panic!("{error}\n{text}"))

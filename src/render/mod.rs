@@ -2,6 +2,7 @@
 
 pub mod block;
 pub mod camera_ray;
+mod describe;
 mod refract;
 mod sampler;
 mod shade;

@@ -6,12 +6,13 @@
 
 use glam::DVec3;
 
+use super::describe::{DescribedHit, Describing, Hits};
 use super::refract::refracted;
-use super::surface::{JUST_BEFORE_LIGHT, Surface, describe_in, shading_normal};
+use super::surface::{JUST_BEFORE_LIGHT, Surface, shading_normal};
 use super::terminator;
 use super::trace::{Bounces, Level};
 use crate::BARE;
-use crate::simd::{Batch, Isa, Simd};
+use crate::simd::Isa;
 use crate::world::{Features, Hit, MaterialId, Ray, World};
 
 /// A shadow ray's consequence: what reaches the viewer if it is not occluded.
@@ -38,20 +39,12 @@ pub struct Lighting {
     pub n_refracted: u64,
 }
 
-/// A hit that is shaded, described.
-#[derive(Clone, Copy, Debug)]
-struct DescribedHit {
-    ray_idx: u32,
-    material: MaterialId,
-    surface: Surface,
-}
-
 type Stage = fn(&World, &Level, &mut Bounces, &mut Lighting);
 
 /// The shading stage of a scene, chosen once by its features.
 #[derive(Clone, Debug)]
 pub struct Shading {
-    isa: Isa,
+    describing: Describing,
     /// For levels that may send further rays, and for the last level, which may not.
     inner: LevelStage,
     last: LevelStage,
@@ -84,7 +77,7 @@ impl Shading {
             let ids = (0..world.materials.len() as u32).map(MaterialId);
             LevelStage { stage, is_shaded: ids.map(is_shaded).collect() }
         };
-        Shading { isa, inner: level(true), last: level(false) }
+        Shading { describing: Describing::new(&features, isa), inner: level(true), last: level(false) }
     }
 
     /// Shades all hits of a level: fills its radiance, and the rays that are still to be traced. `bounce` says whether
@@ -98,46 +91,8 @@ impl Shading {
         (lighting.n_refractions, lighting.n_refracted) = (0, 0);
         let Level { rays, hits, radiance, .. } = &mut *level;
         let points = &mut lighting.points;
-        if BARE || world.instances.is_empty() {
-            self.isa.dispatch(Describe::<false> { world, is_shaded, rays, hits, radiance, points });
-        } else {
-            self.isa.dispatch(Describe::<true> { world, is_shaded, rays, hits, radiance, points });
-        }
+        self.describing.run(Hits { world, is_shaded, rays, hits, radiance, points });
         stage(world, level, next, lighting);
-    }
-}
-
-/// The first step: every ray gets the radiance that needs no further ray, and hits that are shaded are described. One loop
-/// over hits that is compiled for the processor: describing is double-double arithmetic, whose fused multiply-adds are
-/// calls without the instruction.
-struct Describe<'a, const PLACED: bool> {
-    world: &'a World,
-    is_shaded: &'a [bool],
-    rays: &'a [Ray],
-    hits: &'a [Hit],
-    radiance: &'a mut Vec<DVec3>,
-    points: &'a mut Vec<DescribedHit>,
-}
-
-impl<const PLACED: bool> Batch for Describe<'_, PLACED> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _simd: S) {
-        let Describe { world, is_shaded, rays, hits, radiance, points } = self;
-        for (ray_idx, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            if !hit.is_some() {
-                radiance.push(world.background);
-                continue;
-            }
-            let material = if PLACED { hit.material(world) } else { hit.own_material(world) };
-            radiance.push(world.materials.ambient[material.idx()]);
-            if is_shaded[material.idx()] {
-                points.push(DescribedHit {
-                    ray_idx: ray_idx as u32,
-                    material,
-                    surface: describe_in::<PLACED>(world, ray, hit),
-                });
-            }
-        }
     }
 }
 
@@ -210,7 +165,7 @@ fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, cons
         let (ray, hit) = (&level.rays[ray_idx as usize], &level.hits[ray_idx as usize]);
         let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material, surface);
         if LIT && world.materials.is_lit(material) {
-            light::<TERMINATOR>(world, &point, ray_idx, shadow, shadow_rays);
+            light::<TERMINATOR>(world, &point, ToLights { ray_idx, shadow, rays: shadow_rays });
         }
         if BOUNCE == NO_BOUNCE {
             continue;
@@ -253,15 +208,25 @@ fn point<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(
     Point { surface, material, ns, wo, raised }
 }
 
+/// The rays that a hit sends to the lights.
+struct ToLights<'a> {
+    ray_idx: u32,
+    shadow: &'a mut Vec<ShadowRay>,
+    rays: &'a mut Vec<Ray>,
+}
+
+impl ToLights<'_> {
+    /// Sends a ray for what it adds if nothing stops it.
+    #[inline]
+    fn send(&mut self, ray: Ray, radiance: DVec3) {
+        self.rays.push(ray);
+        self.shadow.push(ShadowRay { ray_idx: self.ray_idx, radiance });
+    }
+}
+
 /// Sends a shadow ray to each light that the surface faces, with what it would add.
 #[inline]
-fn light<const TERMINATOR: bool>(
-    world: &World,
-    point: &Point,
-    ray_idx: u32,
-    shadow: &mut Vec<ShadowRay>,
-    shadow_rays: &mut Vec<Ray>,
-) {
+fn light<const TERMINATOR: bool>(world: &World, point: &Point, mut to_lights: ToLights<'_>) {
     let lights = &world.lights;
     let n_points = if BARE { 1 } else { lights.positions.len() };
     for (&position, &intensity) in lights.positions[..n_points].iter().zip(&lights.intensities) {
@@ -269,29 +234,22 @@ fn light<const TERMINATOR: bool>(
         let Some(radiance) = lit(world, point, wi, intensity) else { continue };
         // The segment to the light, open at both ends: what lies behind the light casts no shadow.
         let origin = point.leave::<TERMINATOR>(wi);
-        shadow_rays.push(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT));
-        shadow.push(ShadowRay { ray_idx, radiance });
+        to_lights.send(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT), radiance);
     }
     if !BARE && !lights.directions.is_empty() {
-        light_from_afar::<TERMINATOR>(world, point, ray_idx, shadow, shadow_rays);
+        light_from_afar::<TERMINATOR>(world, point, to_lights);
     }
 }
 
 /// The same for directional lights; apart, so that scenes without them do not carry a second loop in registers.
 #[inline(never)]
-fn light_from_afar<const TERMINATOR: bool>(
-    world: &World,
-    point: &Point,
-    ray_idx: u32,
-    shadow: &mut Vec<ShadowRay>,
-    shadow_rays: &mut Vec<Ray>,
-) {
+fn light_from_afar<const TERMINATOR: bool>(world: &World, point: &Point, mut to_lights: ToLights<'_>) {
     let lights = &world.lights;
     for (&direction, &intensity) in lights.directions.iter().zip(&lights.directional_intensities) {
         let wi = -direction;
-        let Some(radiance) = lit(world, point, wi, intensity) else { continue };
-        shadow_rays.push(Ray::new(point.leave::<TERMINATOR>(wi), wi));
-        shadow.push(ShadowRay { ray_idx, radiance });
+        if let Some(radiance) = lit(world, point, wi, intensity) {
+            to_lights.send(Ray::new(point.leave::<TERMINATOR>(wi), wi), radiance);
+        }
     }
 }
 

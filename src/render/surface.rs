@@ -48,18 +48,18 @@ impl Surface {
 /// distance; one step along the normal leaves only the rounding of the point itself.
 #[inline(always)]
 pub fn describe(world: &World, ray: &Ray, hit: &Hit) -> Surface {
-    describe_in::<true>(world, ray, hit)
+    describe_in::<true, true>(world, ray, hit)
 }
 
-/// [`describe`] in a world of which it is known whether anything is placed.
+/// [`describe`] in a world of which it is known whether it has spheres or quadrics, and whether anything is placed.
 #[inline(always)]
-pub fn describe_in<const PLACED: bool>(world: &World, ray: &Ray, hit: &Hit) -> Surface {
+pub fn describe_in<const CURVED: bool, const PLACED: bool>(world: &World, ray: &Ray, hit: &Hit) -> Surface {
     if PLACED && let Some(placement) = hit.instance.row() {
         return describe_placed(world, placement, ray, hit);
     }
     let along = point_along(ray.origin, ray.direction, hit);
     let row = hit.prim.row();
-    if hit.prim.is_triangle() {
+    if !CURVED || hit.prim.is_triangle() {
         return describe_triangle(world, row, along);
     }
     // A hit never names a placement itself.

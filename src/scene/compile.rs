@@ -1,21 +1,16 @@
 //! From a description to flat tables. Names and paths end here.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DMat4, DVec3};
 
-use super::desc::{
-    CameraDesc, HittableDesc, LightDesc, LightFrom, MaterialDesc, MaterialRef, PoseDesc, RenderDesc, SceneDesc,
-    ShapeDesc,
-};
-use super::nearest::nearest;
-use super::placement::Prototypes;
+use super::desc::{CameraDesc, LightDesc, LightFrom, PoseDesc, RenderDesc, SceneDesc};
+use super::object::Objects;
 use super::report::Report;
 use super::validate;
-use super::{Compiled, Names, Overrides, RenderKeys, geometry, keys};
+use super::{Compiled, Names, Overrides, RenderKeys, keys};
 use crate::error::{Error, Place, Problem};
-use crate::world::{Camera, Material, MaterialId, ObjectId, World};
+use crate::world::{Camera, World};
 
 /// Image size and field of view of a scene that does not say: those of the original's scenes.
 const DEFAULT_SIZE_PX: u32 = 800;
@@ -86,38 +81,14 @@ fn compile_scene(
         two_sided: render.two_sided.unwrap_or(false),
         ..World::default()
     };
-    let mut names = Names::default();
-
-    // Named materials come first, so that their ids are those of the file's list.
-    let mut material_ids: HashMap<&str, MaterialId> = HashMap::with_capacity(materials.len());
-    for named in materials {
-        let id = add_material(&named.material, named.name.value.clone(), &mut world, &mut names);
-        let finite = check_material(&named.material, &named.name.span, &named.key, report);
-        if finite && material_ids.insert(&named.name.value, id).is_some() {
-            let problem = Problem::new(Place::default(), "a material of this name exists already");
-            let found = format!("\"{}\"", named.name.value);
-            report.mistake(&named.name.span, &format!("{}.name", named.key), problem.found(found));
-        }
-    }
-    let mut placeable = Prototypes::new(base);
+    let mut objects = Objects::new(materials, base, &mut world, report);
     for prototype in prototypes {
-        let first_triangle = world.triangles.len();
-        let (object, material) = object_of(prototype, materials, &material_ids, &mut world, &mut names, report);
-        add_shape(prototype, material, object, base, &mut world, &mut names, report);
-        placeable.add(prototype, first_triangle, &mut world, report);
+        objects.add_prototype(prototype);
     }
     for hittable in hittables {
-        if let Some(ShapeDesc::Instance(instance)) = &hittable.shape {
-            let object = add_object(hittable, &mut names);
-            // An instance that says nothing keeps what its prototype has.
-            let material = (!hittable.material.is_unstated())
-                .then(|| material_of(hittable, materials, &material_ids, &mut world, &mut names, report));
-            placeable.place(instance, hittable, material, object, &mut world, report);
-            continue;
-        }
-        let (object, material) = object_of(hittable, materials, &material_ids, &mut world, &mut names, report);
-        add_shape(hittable, material, object, base, &mut world, &mut names, report);
+        objects.add(hittable);
     }
+    let names = objects.names;
     for light in lights {
         add_light(light, &mut world, report);
     }
@@ -128,33 +99,6 @@ fn compile_scene(
         report.warning(&(0..0), "", Problem::new(Place::default(), "the scene has no light ([[light_source]])"));
     }
     (world, camera, names)
-}
-
-fn object_of(
-    hittable: &HittableDesc,
-    materials: &[super::desc::NamedMaterialDesc],
-    material_ids: &HashMap<&str, MaterialId>,
-    world: &mut World,
-    names: &mut Names,
-    report: &Report,
-) -> (ObjectId, MaterialId) {
-    let object = add_object(hittable, names);
-    (object, material_of(hittable, materials, material_ids, world, names, report))
-}
-
-fn add_shape(
-    hittable: &HittableDesc,
-    material: MaterialId,
-    object: ObjectId,
-    base: &Base,
-    world: &mut World,
-    names: &mut Names,
-    report: &Report,
-) {
-    if let Some(shape) = &hittable.shape {
-        let brought = geometry::add_shape(shape, hittable, material, object, base, world, report);
-        names.materials.extend(brought);
-    }
 }
 
 fn compile_render(render: &RenderDesc) -> RenderKeys {
@@ -218,80 +162,6 @@ pub(super) fn look_at_frame(
         return Err(parallel);
     }
     Camera::look_at_frame(position, look_at, up).ok_or(parallel)
-}
-
-fn add_object(hittable: &HittableDesc, names: &mut Names) -> ObjectId {
-    let id = ObjectId(names.objects.len() as u32);
-    let kind = hittable.shape.as_ref().map_or("object", geometry::kind_name);
-    names.objects.push(hittable.name.clone().unwrap_or_else(|| format!("{kind} {}", hittable.index)));
-    id
-}
-
-fn material_of(
-    hittable: &HittableDesc,
-    materials: &[super::desc::NamedMaterialDesc],
-    material_ids: &HashMap<&str, MaterialId>,
-    world: &mut World,
-    names: &mut Names,
-    report: &Report,
-) -> MaterialId {
-    match &hittable.material {
-        MaterialRef::Inline(material) => {
-            check_material(material, &hittable.span, &hittable.key, report);
-            let object = names.objects.last().cloned().unwrap_or_default();
-            add_material(material, format!("material of {object}"), world, names)
-        }
-        MaterialRef::Named(name) => material_ids.get(name.value.as_str()).copied().unwrap_or_else(|| {
-            let known = materials.iter().map(|named| named.name.value.as_str());
-            // A material that is there but wrong has been told of already.
-            if !known.clone().any(|known| known == name.value) {
-                let help = match nearest(&name.value, known) {
-                    Some(near) => format!("did you mean \"{near}\"?"),
-                    None if materials.is_empty() => "the scene has no [[material]]".to_owned(),
-                    None => "no [[material]] has this name".to_owned(),
-                };
-                let problem = Problem::new(Place::default(), "unknown material").found(format!("\"{}\"", name.value));
-                report.mistake(&name.span, &format!("{}.material", hittable.key), problem.help(help));
-            }
-            MaterialId::default()
-        }),
-    }
-}
-
-/// The material with its defaults: [`Material::default`].
-fn material_from(desc: &MaterialDesc) -> Material {
-    let MaterialDesc { ambient, diffuse, specular, k_a, k_d, k_s, shininess, k_t, ior } = *desc;
-    let default = Material::default();
-    Material {
-        ambient: ambient.unwrap_or(default.ambient),
-        diffuse: diffuse.unwrap_or(default.diffuse),
-        specular: specular.unwrap_or(default.specular),
-        k_a: k_a.unwrap_or(default.k_a),
-        k_d: k_d.unwrap_or(default.k_d),
-        k_s: k_s.unwrap_or(default.k_s),
-        reflectance: None,
-        shininess: shininess.unwrap_or(default.shininess),
-        k_t: k_t.unwrap_or(default.k_t),
-        ior: ior.unwrap_or(default.ior),
-    }
-}
-
-fn add_material(desc: &MaterialDesc, name: String, world: &mut World, names: &mut Names) -> MaterialId {
-    names.materials.push(name);
-    world.materials.add(&material_from(desc))
-}
-
-/// Refuses colours whose product with their weight leaves the range that images are stored in.
-fn check_material(desc: &MaterialDesc, span: &std::ops::Range<usize>, key: &str, report: &Report) -> bool {
-    let Material { ambient, diffuse, specular, k_a, k_d, k_s, reflectance: _, shininess: _, k_t: _, ior: _ } =
-        material_from(desc);
-    let products = [k_a * ambient, k_d * diffuse, k_s * specular];
-    let in_range = products.iter().all(|product| product.max_element() <= f64::from(f32::MAX));
-    if !in_range {
-        let problem = Problem::new(Place::default(), "a colour times its weight is beyond the range of 32-bit floats");
-        report.mistake(span, key, problem);
-    }
-    in_range
 }
 
 fn add_light(light: &LightDesc, world: &mut World, report: &Report) {

@@ -14,6 +14,7 @@ mod crease;
 mod geometry;
 mod named_quadric;
 mod nearest;
+mod object;
 mod placement;
 mod report;
 mod smoothing;

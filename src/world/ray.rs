@@ -128,7 +128,7 @@ impl Hit {
     pub fn own_material(&self, world: &World) -> MaterialId {
         let row = self.prim.row();
         if self.prim.is_triangle() {
-            return world.meshes.materials[world.meshes.of_triangle(row).idx()];
+            return world.meshes.material_of(row);
         }
         // A hit never names a placement itself.
         if self.prim.kind() == PrimKind::Sphere { world.spheres.materials[row] } else { world.quadrics.materials[row] }

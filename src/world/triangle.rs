@@ -142,6 +142,12 @@ impl Meshes {
         MeshId(self.first_triangle.partition_point(|&first| first as usize <= row) as u32 - 1)
     }
 
+    /// The material of a triangle.
+    #[inline]
+    pub fn material_of(&self, row: usize) -> MaterialId {
+        self.materials[self.of_triangle(row).idx()]
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         self.len() * (2 * size_of::<u32>() + size_of::<Option<u32>>() + size_of::<MaterialId>() + size_of::<ObjectId>())

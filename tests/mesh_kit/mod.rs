@@ -1,7 +1,4 @@
-//! Small mesh files of every format, whole, compressed and mutated.
-
-// Not every test file that includes this uses all of it.
-#![allow(dead_code)]
+//! Small mesh files of every format, whole and compressed.
 
 use std::io::Write;
 
@@ -70,23 +67,4 @@ pub fn valid_files() -> Vec<(&'static str, Vec<u8>)> {
         ("square.off", off.into()),
         ("normals.off", noff.into()),
     ]
-}
-
-/// One random change: cut, delete, insert, replace, repeat, flip.
-pub fn mutate(bytes: &mut Vec<u8>, random: &mut impl FnMut(usize) -> usize) {
-    let telling = [0, 255, 127, 128, b'-', b'9', b'\n', b'\r', b' ', b'\\', b'/', b'.', b'e', b'#'];
-    let at = random(bytes.len());
-    match random(6) {
-        0 if random(4) == 0 => bytes.truncate(at),
-        1 if at < bytes.len() => drop(bytes.remove(at)),
-        2 => bytes.insert(at, telling[random(telling.len())]),
-        3 if at < bytes.len() => bytes[at] = telling[random(telling.len())],
-        4 => {
-            let piece = bytes[at..(at + random(20)).min(bytes.len())].to_vec();
-            let to = random(bytes.len());
-            bytes.splice(to..to, piece);
-        }
-        _ if at < bytes.len() => bytes[at] ^= 1 << random(8),
-        _ => {}
-    }
 }
