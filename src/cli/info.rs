@@ -250,6 +250,7 @@ fn feature_names(features: &Features) -> FeatureNames {
         reflection,
         refraction,
         direct_light,
+        directional_light,
         two_sided,
     } = *features;
     let all = [
@@ -262,6 +263,7 @@ fn feature_names(features: &Features) -> FeatureNames {
         ("reflection", reflection),
         ("refraction", refraction),
         ("direct light and shadows", direct_light),
+        ("directional lights", directional_light),
         ("two-sided normals", two_sided),
     ];
     let names = |wanted: bool| all.iter().filter(|(_, found)| *found == wanted).map(|(name, _)| *name).collect();

@@ -121,12 +121,18 @@ fn stage_of_bounces<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED:
     }
 }
 
+// Which lights there may be: none, point lights, directional ones too.
+const UNLIT: u8 = 0;
+const NEAR: u8 = 1;
+const FAR: u8 = 2;
+
 fn stage_of_lights<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const BOUNCE: u8>(
     features: &Features,
 ) -> Stage {
-    match features.direct_light {
-        false => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, false>,
-        true => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, true>,
+    match (features.direct_light, features.directional_light && !BARE) {
+        (false, _) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, UNLIT>,
+        (true, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, NEAR>,
+        (true, true) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, FAR>,
     }
 }
 
@@ -154,7 +160,7 @@ impl Point {
 }
 
 /// The second step, over the described hits.
-fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const BOUNCE: u8, const LIT: bool>(
+fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const BOUNCE: u8, const LIGHT: u8>(
     world: &World,
     level: &Level,
     next: &mut Bounces,
@@ -164,8 +170,12 @@ fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, cons
     for &DescribedHit { ray_idx, material, surface } in points.iter() {
         let (ray, hit) = (&level.rays[ray_idx as usize], &level.hits[ray_idx as usize]);
         let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material, surface);
-        if LIT && world.materials.is_lit(material) {
-            light::<TERMINATOR>(world, &point, ToLights { ray_idx, shadow, rays: shadow_rays });
+        if LIGHT != UNLIT && world.materials.is_lit(material) {
+            let mut to_lights = ToLights { ray_idx, shadow, rays: shadow_rays };
+            light::<TERMINATOR>(world, &point, &mut to_lights);
+            if LIGHT == FAR {
+                light_from_afar::<TERMINATOR>(world, &point, &mut to_lights);
+            }
         }
         if BOUNCE == NO_BOUNCE {
             continue;
@@ -224,9 +234,9 @@ impl ToLights<'_> {
     }
 }
 
-/// Sends a shadow ray to each light that the surface faces, with what it would add.
+/// Sends a shadow ray to each point light that the surface faces, with what it would add.
 #[inline]
-fn light<const TERMINATOR: bool>(world: &World, point: &Point, mut to_lights: ToLights<'_>) {
+fn light<const TERMINATOR: bool>(world: &World, point: &Point, to_lights: &mut ToLights<'_>) {
     let lights = &world.lights;
     let n_points = if BARE { 1 } else { lights.positions.len() };
     for (&position, &intensity) in lights.positions[..n_points].iter().zip(&lights.intensities) {
@@ -236,14 +246,10 @@ fn light<const TERMINATOR: bool>(world: &World, point: &Point, mut to_lights: To
         let origin = point.leave::<TERMINATOR>(wi);
         to_lights.send(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT), radiance);
     }
-    if !BARE && !lights.directions.is_empty() {
-        light_from_afar::<TERMINATOR>(world, point, to_lights);
-    }
 }
 
-/// The same for directional lights; apart, so that scenes without them do not carry a second loop in registers.
-#[inline(never)]
-fn light_from_afar<const TERMINATOR: bool>(world: &World, point: &Point, mut to_lights: ToLights<'_>) {
+/// The same for directional lights.
+fn light_from_afar<const TERMINATOR: bool>(world: &World, point: &Point, to_lights: &mut ToLights<'_>) {
     let lights = &world.lights;
     for (&direction, &intensity) in lights.directions.iter().zip(&lights.directional_intensities) {
         let wi = -direction;

@@ -76,6 +76,8 @@ pub struct Features {
     pub refraction: bool,
     /// Any light that can reach a material with a diffuse or specular part.
     pub direct_light: bool,
+    /// Any directional light among these.
+    pub directional_light: bool,
     /// Normals are turned to the viewer.
     pub two_sided: bool,
 }
@@ -93,6 +95,7 @@ impl World {
             reflection: self.materials.reflectance.iter().any(|&k| k > 0.0),
             refraction: self.materials.transmittance.iter().any(|&k| k > 0.0),
             direct_light: !self.lights.is_empty() && self.materials.any_lit(),
+            directional_light: !self.lights.directions.is_empty() && self.materials.any_lit(),
             two_sided: self.two_sided,
         }
     }
