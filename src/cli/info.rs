@@ -305,7 +305,8 @@ mod tests {
         assert_eq!(json["lights"][1], serde_json::json!({"direction": [0.0, 0.0, -1.0], "intensity": [1.0, 1.0, 1.0]}));
         assert_eq!(json["bounds"]["hi"][2].as_f64().map(f64::round), Some(-2.0));
         assert_eq!(json["bvh"]["sah_cost"], serde_json::Value::Null);
-        assert_eq!(json["features"]["found"], serde_json::json!(["spheres", "reflection", "direct light and shadows"]));
+        let found = ["spheres", "reflection", "direct light and shadows", "directional lights"];
+        assert_eq!(json["features"]["found"], serde_json::json!(found));
         assert_eq!(json["memory_bytes"]["total"], memory::table_bytes(&scene().world));
         assert_eq!(json["camera"]["width"], 40);
     }

@@ -189,16 +189,14 @@ fn input_kind(path: &Path) -> Option<InputKind> {
     if source::unpacked_name(path).ends_with(".nff") {
         return Some(InputKind::Nff);
     }
-    if !mesh::is_mesh_path(path) && begins_as_nff(path) {
+    if mesh::is_mesh_path(path) {
+        return Some(InputKind::Mesh);
+    }
+    let mut source = source::Source::open(path).ok()?;
+    if nff::is_nff(&source.bytes()[..source.bytes().len().min(SNIFFED_BYTES)]) {
         return Some(InputKind::Nff);
     }
-    (mesh::is_mesh_path(path) || mesh::has_mesh_content(path)).then_some(InputKind::Mesh)
-}
-
-/// Whether a regular file, plain or compressed, begins as an NFF scene does.
-fn begins_as_nff(path: &Path) -> bool {
-    let is_nff = |source: source::Source| nff::is_nff(&source.bytes()[..source.bytes().len().min(SNIFFED_BYTES)]);
-    source::Source::open(path).is_ok_and(is_nff)
+    mesh::is_mesh(&mut source).then_some(InputKind::Mesh)
 }
 
 /// The text of a scene file.

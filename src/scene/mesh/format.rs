@@ -23,9 +23,9 @@ pub fn is_mesh_path(path: impl AsRef<Path>) -> bool {
     by_name(path.as_ref()).is_some()
 }
 
-/// Whether a file whose name tells nothing holds a mesh, by its content. False when it cannot be read.
-pub fn has_mesh_content(path: impl AsRef<Path>) -> bool {
-    Source::open(path.as_ref()).is_ok_and(|mut source| of(&mut source).is_ok())
+/// Whether what has been read is a mesh, by its name or its content.
+pub(in crate::scene) fn is_mesh(source: &mut Source) -> bool {
+    of(source).is_ok()
 }
 
 fn by_name(path: &Path) -> Option<Format> {

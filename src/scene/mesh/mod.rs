@@ -39,7 +39,8 @@ use obj::library::Materials;
 use obj::{MaterialStatements, Obj};
 
 pub use duplicate::count_duplicate_faces;
-pub use format::{has_mesh_content, is_mesh_path};
+pub(super) use format::is_mesh;
+pub use format::is_mesh_path;
 
 /// What a mesh file holds, polygons already cut into triangles.
 #[derive(Clone, Debug, Default)]
