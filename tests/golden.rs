@@ -90,7 +90,7 @@ fn write_difference(name: &str, golden: &Film, found: &Film) -> PathBuf {
             values.extend(pixels.clone().map(|index| b.get(index) as f32));
             values.extend(pixels.map(|index| ((a.get(index) - b.get(index)).abs() / largest) as f32));
         }
-        Plane { name: ["R", "G", "B"][channel].to_string(), samples: Samples::F32(values) }
+        Plane::color(["R", "G", "B"][channel], Samples::F32(values))
     });
     let (width_px, height_px) = (3 * WIDTH_PX, HEIGHT_PX);
     let data_window = flatray::film::Region::whole(width_px, height_px);

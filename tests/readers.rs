@@ -46,11 +46,11 @@ fn an_independent_reader_finds_the_windows_attributes_and_samples_of_our_files()
     };
     let doubles: Vec<f64> = (0..n_pixels).map(|at| f64::from(at) / 7.0).collect();
     let planes = vec![
-        Plane { name: "id".to_string(), samples: Samples::U32(bits(1).collect()) },
-        Plane { name: "R".to_string(), samples: Samples::F32(floats(2)) },
-        Plane { name: "G".to_string(), samples: Samples::F32(floats(3)) },
-        Plane { name: "B".to_string(), samples: Samples::F64(doubles) },
-        Plane { name: "A".to_string(), samples: Samples::F32(floats(4)) },
+        Plane::data("id", Samples::U32(bits(1).collect())),
+        Plane::data("R", Samples::F32(floats(2))),
+        Plane::data("G", Samples::F32(floats(3))),
+        Plane::data("B", Samples::F64(doubles)),
+        Plane::data("A", Samples::F32(floats(4))),
     ];
     let film = Film { width_px: 100, height_px: 50, data_window, planes };
     for plane in &film.planes {

@@ -46,26 +46,21 @@ fn crop_film() -> Film {
             }
         },
     };
-    let mut plane = |name: &str| Plane {
-        name: name.to_string(),
-        samples: Samples::F32((0..n_pixels).map(|_| any_float()).collect()),
-    };
+    let mut plane = |name: &str| Plane::data(name, Samples::F32((0..n_pixels).map(|_| any_float()).collect()));
     let mut planes = vec![plane("R"), plane("G"), plane("A")];
     let doubles = (0..n_pixels).map(|index| index as f64 / 3.0);
-    planes.push(Plane { name: "B".to_string(), samples: Samples::F64(doubles.collect()) });
+    planes.push(Plane::data("B", Samples::F64(doubles.collect())));
     let ids = (0..n_pixels as u32).map(|index| index.wrapping_mul(0x9e37_79b9));
-    planes.push(Plane { name: "id".to_string(), samples: Samples::U32(ids.collect()) });
+    planes.push(Plane::data("id", Samples::U32(ids.collect())));
     Film { width_px: 100, height_px: 50, data_window, planes }
 }
 
 /// A whole image of floats in 0 … 1.25.
 fn ramp_film(width_px: u32, height_px: u32) -> Film {
     let n_pixels = (width_px * height_px) as usize;
-    let plane = |name: &str, shift: usize| Plane {
-        name: name.to_string(),
-        samples: Samples::F64(
-            (0..n_pixels).map(|at| ((at + shift) % n_pixels) as f64 * 1.25 / n_pixels as f64).collect(),
-        ),
+    let plane = |name: &str, shift: usize| {
+        let values = (0..n_pixels).map(|at| ((at + shift) % n_pixels) as f64 * 1.25 / n_pixels as f64);
+        Plane::color(name, Samples::F64(values.collect()))
     };
     Film {
         width_px,
@@ -383,9 +378,8 @@ fn the_reference_images_survive_being_written_as_course_bytes() {
         let Some(path) = shared(&format!("seed/reference/{name}.png")) else { return };
         let reference = read_image(path, None).unwrap();
         let bytes = reference.rgb8.clone().unwrap();
-        let plane = |name: &str, channel: usize| Plane {
-            name: name.to_string(),
-            samples: Samples::F64(bytes.iter().map(|rgb| f64::from(rgb[channel]) / 256.0).collect()),
+        let plane = |name: &str, channel: usize| {
+            Plane::color(name, Samples::F64(bytes.iter().map(|rgb| f64::from(rgb[channel]) / 256.0).collect()))
         };
         let planes = vec![plane("R", 0), plane("G", 1), plane("B", 2)];
         let film = Film { planes, ..reference.film.clone() };

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Place, Problem};
 use crate::film::read::{filled, read_bytes};
 use crate::film::rows::{BAND_ROWS, RowSamples, Rows};
-use crate::film::{Film, Plane, Region, Samples, zip};
+use crate::film::{Content, Film, Plane, Region, Samples, zip};
 
 /// The first bytes of every EXR file.
 pub const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -329,7 +329,9 @@ fn empty_film(header: &Header, path: &Path) -> Result<(Film, Crop), Error> {
             SampleType::F16 | SampleType::F32 => Samples::F32(filled(data_window.n_pixels(), 0.0, path)?),
             SampleType::U32 => Samples::U32(filled(data_window.n_pixels(), 0, path)?),
         };
-        planes.push(Plane { name: channel.name.to_string(), samples });
+        // What the file keeps in 16 bits loses nothing by being kept in 16 bits again.
+        let content = if channel.sample_type == SampleType::F16 { Content::Color } else { Content::Data };
+        planes.push(Plane { name: channel.name.to_string(), content, samples });
     }
     let film = Film { width_px: display.size.0 as u32, height_px: display.size.1 as u32, data_window, planes };
     Ok((film, Crop { x0: crop_x0, x1: crop_x1, y0: crop_y0, y1: crop_y1 }))

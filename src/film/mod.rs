@@ -39,8 +39,19 @@ pub use rows::Rows;
 pub struct Plane {
     /// Channel name as EXR has it, for example `R` or `Z`.
     pub name: String,
+    /// What the values are.
+    pub content: Content,
     /// The values.
     pub samples: Samples,
+}
+
+/// What the values of a plane are, which says what a file may do with them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Scene-linear radiance, or coverage: an EXR keeps it in 16 bits unless told otherwise.
+    Color,
+    /// Positions, distances, ids: every bit counts.
+    Data,
 }
 
 /// Values of a plane in the type they are kept in.
@@ -65,6 +76,18 @@ pub struct Film {
     pub data_window: Region,
     /// Planes; a beauty image has `R`, `G`, `B`, `A`, scene-linear and premultiplied.
     pub planes: Vec<Plane>,
+}
+
+impl Plane {
+    /// A plane of radiance or coverage.
+    pub fn color(name: impl Into<String>, samples: Samples) -> Plane {
+        Plane { name: name.into(), content: Content::Color, samples }
+    }
+
+    /// A plane of anything else.
+    pub fn data(name: impl Into<String>, samples: Samples) -> Plane {
+        Plane { name: name.into(), content: Content::Data, samples }
+    }
 }
 
 impl Film {

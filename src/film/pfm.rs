@@ -83,7 +83,7 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<Film, Error> {
                 *value = from_bytes([b[0], b[1], b[2], b[3]]);
             }
         }
-        planes.push(Plane { name: (*name).to_string(), samples: Samples::F32(values) });
+        planes.push(Plane::color(*name, Samples::F32(values)));
     }
     Ok(Film { width_px, height_px, data_window: Region::whole(width_px, height_px), planes })
 }

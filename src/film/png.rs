@@ -264,9 +264,7 @@ fn film_of(samples: &FileSamples, transfer: Transfer, path: &Path) -> Result<Fil
         width_px: samples.width_px,
         height_px: samples.height_px,
         data_window: Region::whole(samples.width_px, samples.height_px),
-        planes: planes
-            .map(|(name, values)| Plane { name: (*name).to_string(), samples: Samples::F32(values) })
-            .collect(),
+        planes: planes.map(|(name, values)| Plane::color(*name, Samples::F32(values))).collect(),
     })
 }
 

@@ -180,7 +180,7 @@ mod tests {
     fn film(height_px: u32) -> Film {
         let region = Region::whole(3, height_px);
         let values = (0..region.n_pixels()).map(|index| index as f32).collect();
-        let planes = vec![Plane { name: "Y".to_string(), samples: Samples::F32(values) }];
+        let planes = vec![Plane::color("Y", Samples::F32(values))];
         Film { width_px: 3, height_px, data_window: region, planes }
     }
 

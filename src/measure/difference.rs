@@ -128,11 +128,9 @@ pub fn compare_levels(a: &[[u8; 3]], b: &[[u8; 3]]) -> LevelDifference {
 /// As [`compare`].
 pub fn difference_image(a: &Film, b: &Film) -> Result<Film, Error> {
     let (planes_a, planes_b) = comparable(a, b)?;
-    let plane_of = |name: &str, a: &Plane, b: &Plane| Plane {
-        name: name.to_string(),
-        samples: Samples::F32(
-            (0..a.samples.len()).map(|at| difference_of(a.samples.get(at), b.samples.get(at)) as f32).collect(),
-        ),
+    let plane_of = |name: &str, a: &Plane, b: &Plane| {
+        let differences = (0..a.samples.len()).map(|at| difference_of(a.samples.get(at), b.samples.get(at)) as f32);
+        Plane::color(name, Samples::F32(differences.collect()))
     };
     let planes = (0..3).map(|channel| plane_of(["R", "G", "B"][channel], planes_a[channel], planes_b[channel]));
     Ok(Film { width_px: a.width_px, height_px: a.height_px, data_window: a.data_window, planes: planes.collect() })
@@ -190,7 +188,7 @@ mod tests {
             width_px,
             height_px,
             data_window: Region::whole(width_px, height_px),
-            planes: planes.map(|(name, v)| Plane { name: (*name).to_string(), samples: Samples::F64(v) }).collect(),
+            planes: planes.map(|(name, v)| Plane::color(*name, Samples::F64(v))).collect(),
         }
     }
 

@@ -136,12 +136,12 @@ pub fn n_tiles(settings: &Settings) -> u64 {
 /// A black film for the region of the settings: `R`, `G`, `B` and `A`.
 pub fn new_film(camera: &Camera, settings: &Settings) -> Film {
     let n_pixels = settings.region.n_pixels();
-    let plane = |name: &str| Plane {
-        name: name.to_owned(),
-        samples: match settings.course {
+    let plane = |name: &str| {
+        let samples = match settings.course {
             true => Samples::F64(vec![0.0; n_pixels]),
             false => Samples::F32(vec![0.0; n_pixels]),
-        },
+        };
+        Plane::color(name, samples)
     };
     Film {
         width_px: camera.width_px,
