@@ -15,7 +15,7 @@ use flatray::accel::{Accel, AccelKind};
 use flatray::film::output::Format;
 use flatray::film::{Display, Encoder, Film, Region, Rows};
 use flatray::measure::generate::terrain;
-use flatray::render::{Control, Counts, Rendered, Sampler, Settings, new_film, render, render_into};
+use flatray::render::{Aovs, Control, Counts, Rendered, Sampler, Settings, new_film, render, render_into};
 use flatray::scene::mesh;
 use flatray::world::{Camera, World};
 use glam::{DVec3, Vec3};
@@ -42,6 +42,7 @@ fn settings(region: Region) -> Settings {
         region,
         terminator: false,
         course: false,
+        aovs: Aovs::default(),
     }
 }
 

@@ -3,6 +3,7 @@
 /// Building worlds and rendering them.
 mod world_kit {
     pub mod course;
+    pub mod layers;
     pub mod scenes;
     pub mod settings;
 }
@@ -18,6 +19,7 @@ use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, ne
 use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::simd::Isa;
 use world_kit::course::course_settings;
+use world_kit::layers::all_layers;
 use world_kit::scenes::{load_scene, scene_names};
 use world_kit::settings::center_settings;
 
@@ -48,7 +50,7 @@ fn threads_and_tiles_do_not_show_in_the_bits_of_any_scene() {
     for name in scene_names() {
         let scene = load_scene(&name, 75, 41);
         let accel = Accel::build(&scene.world, AccelKind::Bvh);
-        let settings = Settings { threads: 1, ..jittered(&scene) };
+        let settings = Settings { threads: 1, aovs: all_layers(&scene), ..jittered(&scene) };
         let reference = shoot(&scene, &accel, &settings);
         assert!(bits(&reference.film).iter().any(|&bits| bits != 0), "{name} is black");
         for (threads, tile_size_px) in [(1, 7), (1, 1000), (2, 8), (2, 32), (5, 64), (5, 1)] {
@@ -88,7 +90,7 @@ fn trees_of_mirrored_and_refracted_rays_have_the_same_bits_on_any_threads_and_ti
         [[hittable]]\ntype = \"sphere\"\nposition = [0, -101, -4]\nradius = 100\nk_s = 0.3\n";
     let scene = load_text(text, "glass.toml", None, &Overrides::default()).unwrap();
     let accel = Accel::build(&scene.world, AccelKind::Bvh);
-    let settings = Settings { threads: 1, ..jittered(&scene) };
+    let settings = Settings { threads: 1, aovs: all_layers(&scene), ..jittered(&scene) };
     let reference = shoot(&scene, &accel, &settings);
     let counts = reference.rays;
     assert!(counts.refraction > 30_000 && counts.reflection > 30_000, "{counts:?}");

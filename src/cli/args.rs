@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
+use super::aov_args::AovArgs;
 use super::failure::Failure;
 use super::value;
 use crate::accel::Preset;
@@ -128,6 +129,8 @@ pub struct RenderArgs {
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,
+    #[command(flatten)]
+    pub aov: AovArgs,
 
     /// Width of the image in pixels
     #[arg(long, value_name = "PX", value_parser = value_parser!(u32).range(1..=MAX_LENGTH_PX), help_heading = "Image")]

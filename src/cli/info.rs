@@ -285,7 +285,7 @@ mod tests {
         world.lights.add(DVec3::Y, DVec3::ONE);
         world.lights.add_directional(-2.0 * DVec3::Z, DVec3::ONE);
         let camera = Camera { world_from_camera: DMat4::IDENTITY, fov_y_radians: 1.0, width_px: 40, height_px: 30 };
-        let names = Names { objects: vec!["ball".into()], materials: vec!["chrome".into()] };
+        let names = Names { objects: vec!["ball".into()], materials: vec!["chrome".into()], light_groups: Vec::new() };
         Compiled { world, camera, render: RenderKeys::default(), names, warnings: Vec::new() }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! | room | does |
 //! |---|---|
-//! | `args`, `value` | what may be said, and how it is read |
+//! | `args`, `aov_args`, `value` | what may be said, and how it is read |
 //! | `render`, `info`, `diff`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
 //! | `plan`, `output` | what a render will do and write, settled before it starts |
 //! | `progress`, `stats`, `info_text`, `throughput_text`, `quantity` | what is shown |
@@ -11,6 +11,7 @@
 //! | `interrupt`, `memory` | signals, and what the machine has |
 //! | `failure` | exit codes |
 
+mod aov_args;
 mod args;
 mod bench;
 mod diagnostic;

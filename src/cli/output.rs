@@ -47,6 +47,11 @@ pub fn encoders(outputs: Vec<Output>, film: &Film, plan: &Plan) -> Result<Vec<Im
     outputs.into_iter().map(image).collect()
 }
 
+/// Whether an EXR is among the images that the arguments ask for.
+pub fn writes_exr(args: &RenderArgs) -> bool {
+    args.outputs.is_empty() || args.outputs.iter().any(|path| Format::of_path(path) == Ok(Format::Exr))
+}
+
 /// The images that the arguments ask for.
 ///
 /// # Errors

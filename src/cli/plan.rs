@@ -4,6 +4,7 @@ use clap::error::ErrorKind;
 
 use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
 use super::failure::Failure;
+use super::output;
 use crate::accel::{AccelKind, Preset};
 use crate::film::Region;
 use crate::render::{Sampler, Settings};
@@ -120,6 +121,7 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         region,
         terminator: !course && args.terminator.or(scene.render.terminator).unwrap_or(false),
         course,
+        aovs: args.aov.settle(scene, course, output::writes_exr(args))?,
     };
     let accel = match args.accel {
         None | Some(AccelArg::Bvh) => AccelKind::Bvh,
@@ -192,6 +194,7 @@ mod tests {
             max_depth: Some(3),
             exposure_ev: Some(1.0),
             terminator: Some(true),
+            aovs: Vec::new(),
         };
         let plain = settings(RenderArgs::default(), RenderKeys::default());
         assert_eq!((plain.samples, plain.sampler, plain.seed, plain.max_depth), (16, Sampler::Jitter, 0, 5));

@@ -15,7 +15,7 @@ use super::output::{self, Image};
 use super::plan;
 use super::progress::Progress;
 use super::stats::{MemoryBytes, Seconds, Stats};
-use super::{diagnostic, terminal};
+use super::{aov_args, diagnostic, terminal};
 use crate::accel::{Accel, AccelKind};
 use crate::error::{Error, Place};
 use crate::film::{Film, Rows};
@@ -48,6 +48,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
     }
     let plan = plan::settle(args, &scene)?;
+    let mattes = aov_args::warnings(&plan.settings.aovs, &scene.names);
+    if !args.quiet && !mattes.is_empty() {
+        terminal::print_error(&diagnostic::warnings(&mattes, terminal::stderr_is_coloured()));
+    }
     let need = Need::of(&scene.world, &plan.settings, plan.accel);
     need.check(machine::available_bytes())?;
 

@@ -6,6 +6,7 @@
 //! | [`tone_map`], [`display`] | from scene-linear radiance to display bytes, pure functions |
 //! | [`rows`] | whole rows of a film, lent out: what is rendered and encoded independently |
 //! | [`exr`], [`png`], [`pfm`] | one file format each: write a [`Film`], read one back |
+//! | [`cryptomatte`] | ids of names, and what a header says of them |
 //! | [`encode`] | any of them, fed band by band while the rest is rendered |
 //! | [`read`] | any image file, chosen by its first bytes |
 //! | [`output`] | files written beside and renamed |
@@ -13,6 +14,7 @@
 //! Colour is scene-linear with Rec. 709 primaries. A colour image has the planes `R`, `G`, `B` and perhaps `A`; an image
 //! of one channel has `Y`.
 
+pub mod cryptomatte;
 mod deflate;
 pub mod display;
 pub mod encode;

@@ -161,6 +161,24 @@ impl RowsMut<'_> {
         }
     }
 
+    /// Writes a rectangle of pixels into all planes from `first_plane` on: pixel after pixel a value for each of them. F32
+    /// planes round, U32 planes hold whole numbers.
+    pub fn put_planes(&mut self, first_plane: usize, column: usize, row: usize, width_px: usize, values: &[f64]) {
+        let planes = &mut self.planes[first_plane..];
+        let n_planes = planes.len();
+        for (index, plane) in planes.iter_mut().enumerate() {
+            for (line, pixels) in values.chunks_exact(width_px * n_planes).enumerate() {
+                let start = (row + line) * self.width_px + column;
+                let values = pixels.iter().skip(index).step_by(n_planes);
+                match plane {
+                    RowSamplesMut::F32(row) => row[start..].iter_mut().zip(values).for_each(|(to, &v)| *to = v as f32),
+                    RowSamplesMut::F64(row) => row[start..].iter_mut().zip(values).for_each(|(to, &v)| *to = v),
+                    RowSamplesMut::U32(row) => row[start..].iter_mut().zip(values).for_each(|(to, &v)| *to = v as u32),
+                }
+            }
+        }
+    }
+
     /// The rows as they are now.
     pub fn as_rows(&self) -> Rows<'_> {
         let planes = self.planes.iter().map(|plane| match plane {

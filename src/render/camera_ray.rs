@@ -12,6 +12,8 @@ pub struct CameraRays {
     /// Half the width and height of the image plane at distance 1.
     half_size: [f64; 2],
     size_px: [f64; 2],
+    /// What a direction has along the view axis, in camera space: the product with this.
+    view_axis: DVec3,
 }
 
 impl CameraRays {
@@ -24,7 +26,14 @@ impl CameraRays {
             world_from_camera: DMat3::from_mat4(camera.world_from_camera),
             half_size: [half_height * width / height, half_height],
             size_px: [width, height],
+            view_axis: -DMat3::from_mat4(camera.world_from_camera).inverse().row(2),
         }
+    }
+
+    /// How far a point of a ray is from the camera along the view axis, in the camera's units.
+    #[inline]
+    pub fn depth(&self, ray: &Ray, t: f64) -> f64 {
+        self.view_axis.dot(ray.direction) * t
     }
 
     /// The ray through a point of the image, in pixels from its top left corner. The direction is of unit length in
@@ -55,6 +64,7 @@ mod tests {
         let rays = CameraRays::new(&camera);
         assert_eq!(rays.ray(100.0, 50.0).direction, -DVec3::Z);
         assert_eq!(rays.ray(100.0, 50.0).origin, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(rays.depth(&rays.ray(3.0, 71.0), 2.0), 2.0 / rays.ray(3.0, 71.0).direction.z.abs().recip());
         let corner = rays.ray(0.0, 0.0).direction;
         assert!((corner / -corner.z - DVec3::new(-2.0, 1.0, -1.0)).length() < 1e-15);
     }

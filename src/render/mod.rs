@@ -1,8 +1,11 @@
 //! From a compiled world to a film: samples, camera rays, tiles, shading. Reads no file and no clock, prints nothing.
 
+pub mod aov;
 pub mod block;
 pub mod camera_ray;
 mod describe;
+mod layers;
+mod parts;
 mod refract;
 mod sampler;
 mod shade;
@@ -12,6 +15,8 @@ mod tile;
 mod trace;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+pub use aov::{Aov, Aovs};
 
 use crate::accel::Accel;
 use crate::film::{Film, Plane, Region, Rows, Samples};
@@ -48,8 +53,11 @@ pub struct Settings {
     pub region: Region,
     /// Start the rays that leave a coarse smooth mesh where the smooth surface would be ([`terminator`]).
     pub terminator: bool,
-    /// Clamp the radiance of every bounce to 1 and keep f64 planes, as the original does.
+    /// Clamp the radiance of every bounce to 1 and keep f64 planes, as the original does. What is clamped is no longer the
+    /// sum of its parts: lobes and light groups are not asked for beside it.
     pub course: bool,
+    /// What to put into the film beside the beauty.
+    pub aovs: Aovs,
 }
 
 /// What the owner of a render can watch and say while it runs.
@@ -133,7 +141,7 @@ pub fn n_tiles(settings: &Settings) -> u64 {
     tiles(settings.region.width_px()) * tiles(settings.region.height_px())
 }
 
-/// A black film for the region of the settings: `R`, `G`, `B` and `A`.
+/// A black film for the region of the settings: `R`, `G`, `B` and `A`, then the planes of the layers asked for.
 pub fn new_film(camera: &Camera, settings: &Settings) -> Film {
     let n_pixels = settings.region.n_pixels();
     let plane = |name: &str| {
@@ -147,7 +155,7 @@ pub fn new_film(camera: &Camera, settings: &Settings) -> Film {
         width_px: camera.width_px,
         height_px: camera.height_px,
         data_window: settings.region,
-        planes: ["R", "G", "B", "A"].map(plane).into(),
+        planes: ["R", "G", "B", "A"].map(plane).into_iter().chain(settings.aovs.planes(n_pixels)).collect(),
     }
 }
 
@@ -181,13 +189,15 @@ pub fn render_into(
     film: &mut Film,
     finished: &(dyn Fn(&Rows) + Sync),
 ) -> Result<Counts, Stopped> {
+    let parts = parts::PartsAsked::new(&settings.aovs, settings.aovs.light_groups.len());
     let job = tile::Job {
         scene: trace::Scene {
             world,
             accel,
-            shading: shade::Shading::new(world, settings.terminator, accel.isa()),
+            shading: shade::Shading::new(world, settings.terminator, parts.any(), accel.isa()),
             max_depth: settings.max_depth,
             clamp: settings.course,
+            parts,
             chunk_rays: trace::BATCH_RAYS,
         },
         camera: camera_ray::CameraRays::new(camera),

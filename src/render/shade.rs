@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::describe::{DescribedHit, Describing, Hits};
+use super::parts::LightParts;
 use super::refract::refracted;
 use super::surface::{JUST_BEFORE_LIGHT, Surface, shading_normal};
 use super::terminator;
@@ -33,6 +34,8 @@ pub struct Lighting {
     pub shadow: Vec<ShadowRay>,
     /// Rays to the lights, in the order of hits and lights.
     pub rays: Vec<Ray>,
+    /// What each is sent for, in parts; empty unless they are asked for.
+    pub parts: Vec<LightParts>,
     /// Hits that let light through, total internal reflection among them.
     pub n_refractions: u64,
     /// Those of them that sent a refracted ray.
@@ -59,16 +62,18 @@ struct LevelStage {
 }
 
 impl Shading {
-    /// The stage that has the features of the world and no others, with or without the correction of [`terminator`].
-    pub fn new(world: &World, terminator: bool, isa: Isa) -> Shading {
+    /// The stage that has the features of the world and no others, with or without the correction of [`terminator`], and with
+    /// or without what light is made of.
+    pub fn new(world: &World, terminator: bool, in_parts: bool, isa: Isa) -> Shading {
         let features = world.features();
         let level = |bounce: bool| {
             let (reflection, refraction) = (features.reflection && bounce, features.refraction && bounce);
             let features = Features { reflection, refraction, ..features };
+            let needs = Needs { features, in_parts: in_parts && !BARE };
             let stage = match (features.smooth_normals && !BARE, terminator) {
-                (false, _) => stage_of_sides::<false, false>(&features),
-                (true, false) => stage_of_sides::<true, false>(&features),
-                (true, true) => stage_of_sides::<true, true>(&features),
+                (false, _) => stage_of_sides::<false, false>(&needs),
+                (true, false) => stage_of_sides::<true, false>(&needs),
+                (true, true) => stage_of_sides::<true, true>(&needs),
             };
             let is_lit = |id| features.direct_light && world.materials.is_lit(id);
             let is_mirror = |id: MaterialId| features.reflection && world.materials.reflectance[id.idx()] > 0.0;
@@ -88,6 +93,7 @@ impl Shading {
         lighting.points.clear();
         lighting.shadow.clear();
         lighting.rays.clear();
+        lighting.parts.clear();
         (lighting.n_refractions, lighting.n_refracted) = (0, 0);
         let Level { rays, hits, radiance, .. } = &mut *level;
         let points = &mut lighting.points;
@@ -96,12 +102,19 @@ impl Shading {
     }
 }
 
-// From features to constants, one after another.
+/// What a stage is made for.
+struct Needs {
+    features: Features,
+    /// Whether it tells what light is made of.
+    in_parts: bool,
+}
 
-fn stage_of_sides<const SMOOTH: bool, const TERMINATOR: bool>(features: &Features) -> Stage {
-    match features.two_sided {
-        false => stage_of_bounces::<SMOOTH, TERMINATOR, false>(features),
-        true => stage_of_bounces::<SMOOTH, TERMINATOR, true>(features),
+// From needs to constants, one after another.
+
+fn stage_of_sides<const SMOOTH: bool, const TERMINATOR: bool>(needs: &Needs) -> Stage {
+    match needs.features.two_sided {
+        false => stage_of_bounces::<SMOOTH, TERMINATOR, false>(needs),
+        true => stage_of_bounces::<SMOOTH, TERMINATOR, true>(needs),
     }
 }
 
@@ -110,25 +123,30 @@ const NO_BOUNCE: u8 = 0;
 const MIRROR: u8 = 1;
 const GLASS: u8 = 2;
 
-fn stage_of_bounces<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(features: &Features) -> Stage {
+fn stage_of_bounces<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(needs: &Needs) -> Stage {
     if BARE {
-        return stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, NO_BOUNCE>(features);
+        return stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, NO_BOUNCE>(needs);
     }
-    match (features.reflection, features.refraction) {
-        (false, false) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, NO_BOUNCE>(features),
-        (true, false) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, MIRROR>(features),
-        (_, true) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, GLASS>(features),
+    match (needs.features.reflection, needs.features.refraction) {
+        (false, false) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, NO_BOUNCE>(needs),
+        (true, false) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, MIRROR>(needs),
+        (_, true) => stage_of_lights::<SMOOTH, TERMINATOR, TWO_SIDED, GLASS>(needs),
     }
 }
 
-// Which lights there may be: none, point lights, directional ones too.
+// Which lights there may be: none, point lights, directional ones too; or any, and what their light is made of is told.
 const UNLIT: u8 = 0;
 const NEAR: u8 = 1;
 const FAR: u8 = 2;
+const IN_PARTS: u8 = 3;
 
 fn stage_of_lights<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const BOUNCE: u8>(
-    features: &Features,
+    needs: &Needs,
 ) -> Stage {
+    let Needs { features, in_parts } = needs;
+    if *in_parts {
+        return shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, IN_PARTS>;
+    }
     match (features.direct_light, features.directional_light && !BARE) {
         (false, _) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, UNLIT>,
         (true, false) => shade::<SMOOTH, TERMINATOR, TWO_SIDED, BOUNCE, NEAR>,
@@ -166,15 +184,15 @@ fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, cons
     next: &mut Bounces,
     lighting: &mut Lighting,
 ) {
-    let Lighting { points, shadow, rays: shadow_rays, n_refractions, n_refracted } = lighting;
+    let Lighting { points, shadow, rays: shadow_rays, parts, n_refractions, n_refracted } = lighting;
     for &DescribedHit { ray_idx, material, surface } in points.iter() {
         let (ray, hit) = (&level.rays[ray_idx as usize], &level.hits[ray_idx as usize]);
         let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material, surface);
         if LIGHT != UNLIT && world.materials.is_lit(material) {
-            let mut to_lights = ToLights { ray_idx, shadow, rays: shadow_rays };
-            light::<TERMINATOR>(world, &point, &mut to_lights);
-            if LIGHT == FAR {
-                light_from_afar::<TERMINATOR>(world, &point, &mut to_lights);
+            let mut to_lights = ToLights { ray_idx, shadow, rays: shadow_rays, parts };
+            light::<TERMINATOR, LIGHT>(world, &point, &mut to_lights);
+            if LIGHT == FAR || LIGHT == IN_PARTS {
+                light_from_afar::<TERMINATOR, LIGHT>(world, &point, &mut to_lights);
             }
         }
         if BOUNCE == NO_BOUNCE {
@@ -195,9 +213,15 @@ fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, cons
             let direction = 2.0 * point.ns.dot(point.wo) * point.ns - point.wo;
             let origin = point.leave::<TERMINATOR>(direction);
             next.push(Ray::new(origin, direction), ray_idx, reflectance);
+            if LIGHT == IN_PARTS {
+                next.note_refracted(false);
+            }
         }
         if let Some(direction) = behind {
             next.push(Ray::new(surface.leave(direction), direction), ray_idx, transmittance);
+            if LIGHT == IN_PARTS {
+                next.note_refracted(true);
+            }
         }
     }
 }
@@ -223,6 +247,7 @@ struct ToLights<'a> {
     ray_idx: u32,
     shadow: &'a mut Vec<ShadowRay>,
     rays: &'a mut Vec<Ray>,
+    parts: &'a mut Vec<LightParts>,
 }
 
 impl ToLights<'_> {
@@ -236,32 +261,48 @@ impl ToLights<'_> {
 
 /// Sends a shadow ray to each point light that the surface faces, with what it would add.
 #[inline]
-fn light<const TERMINATOR: bool>(world: &World, point: &Point, to_lights: &mut ToLights<'_>) {
+fn light<const TERMINATOR: bool, const LIGHT: u8>(world: &World, point: &Point, to_lights: &mut ToLights<'_>) {
     let lights = &world.lights;
     let n_points = if BARE { 1 } else { lights.positions.len() };
-    for (&position, &intensity) in lights.positions[..n_points].iter().zip(&lights.intensities) {
+    for (row, (&position, &intensity)) in lights.positions[..n_points].iter().zip(&lights.intensities).enumerate() {
         let Some(wi) = (position - point.surface.p).try_normalize() else { continue };
-        let Some(radiance) = lit(world, point, wi, intensity) else { continue };
+        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity) else { continue };
         // The segment to the light, open at both ends: what lies behind the light casts no shadow.
         let origin = point.leave::<TERMINATOR>(wi);
         to_lights.send(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT), radiance);
-    }
-}
-
-/// The same for directional lights.
-fn light_from_afar<const TERMINATOR: bool>(world: &World, point: &Point, to_lights: &mut ToLights<'_>) {
-    let lights = &world.lights;
-    for (&direction, &intensity) in lights.directions.iter().zip(&lights.directional_intensities) {
-        let wi = -direction;
-        if let Some(radiance) = lit(world, point, wi, intensity) {
-            to_lights.send(Ray::new(point.leave::<TERMINATOR>(wi), wi), radiance);
+        if LIGHT == IN_PARTS {
+            to_lights.parts.push(LightParts { diffuse, specular, group: lights.groups[row] });
         }
     }
 }
 
+/// The same for directional lights.
+fn light_from_afar<const TERMINATOR: bool, const LIGHT: u8>(
+    world: &World,
+    point: &Point,
+    to_lights: &mut ToLights<'_>,
+) {
+    let lights = &world.lights;
+    for (row, (&direction, &intensity)) in lights.directions.iter().zip(&lights.directional_intensities).enumerate() {
+        let wi = -direction;
+        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity) else { continue };
+        to_lights.send(Ray::new(point.leave::<TERMINATOR>(wi), wi), radiance);
+        if LIGHT == IN_PARTS {
+            to_lights.parts.push(LightParts { diffuse, specular, group: lights.directional_groups[row] });
+        }
+    }
+}
+
+/// What a light adds towards the viewer: as one, and in parts, which cost nothing where they are not used.
+struct Lit {
+    radiance: DVec3,
+    diffuse: DVec3,
+    specular: DVec3,
+}
+
 /// What light from a unit direction adds towards the viewer; `None` when that is nothing.
 #[inline(always)]
-fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3) -> Option<DVec3> {
+fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3) -> Option<Lit> {
     let materials = &world.materials;
     let row = point.material.idx();
     let cosine = point.ns.dot(wi);
@@ -270,8 +311,9 @@ fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3) -> Option<DVec
     }
     let mirrored = 2.0 * cosine * point.ns - wi;
     let highlight = highlight(mirrored.dot(point.wo).max(0.0), materials.shininess[row]);
-    let radiance = intensity * (materials.diffuse[row] * cosine + materials.specular[row] * highlight);
-    (radiance != DVec3::ZERO).then_some(radiance)
+    let (diffuse, specular) = (materials.diffuse[row] * cosine, materials.specular[row] * highlight);
+    let radiance = intensity * (diffuse + specular);
+    (radiance != DVec3::ZERO).then_some(Lit { radiance, diffuse: intensity * diffuse, specular: intensity * specular })
 }
 
 /// cosineˢʰ, with 0⁰ = 1. The exponent 1 needs no power, and is what it gives.

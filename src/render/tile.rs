@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::block::block_order;
 use super::camera_ray::CameraRays;
+use super::layers::Layers;
 use super::sampler::Pattern;
 use super::trace::{BATCH_RAYS, Scene, Wavefront};
 use super::{Control, RayCounts, Settings, Stopped, n_tiles};
@@ -97,17 +98,27 @@ fn work<'a, 'film: 'a>(
     take_exact_tests();
     let (mut rays_before, mut n_finished) = (0, 0);
     // A frame of one sample a pixel does not count them.
-    let render = if BARE || job.pattern.n_samples() == 1 { render_tile::<true> } else { render_tile::<false> };
+    let is_layered = !BARE && job.settings.aovs.any();
+    let render = match (BARE || job.pattern.n_samples() == 1, is_layered) {
+        (true, false) => render_tile::<true, false>,
+        (false, false) => render_tile::<false, false>,
+        (_, true) => render_tile::<false, true>,
+    };
+    let mut layers = Layers::new(&job.settings.aovs, job.scene.world, &job.camera);
     while let Some((tile, strip)) = take() {
         let region = tile_region(job.settings, tile);
-        if render(job, &region, &mut wavefront, &mut pixels).is_err() {
+        if render(job, &region, &mut wavefront, &mut pixels, &mut layers).is_err() {
             break;
         }
         // Nobody else wants a strip whose last tile is there: what is done with it holds up no one.
         let mut strip = strip.lock().unwrap_or_else(PoisonError::into_inner);
         let window = job.settings.region;
         let row = (region.y0 - window.y0) as usize - strip.rows.first_row();
-        strip.rows.put((region.x0 - window.x0) as usize, row, region.width_px() as usize, &pixels);
+        let (column, width) = ((region.x0 - window.x0) as usize, region.width_px() as usize);
+        strip.rows.put(column, row, width, &pixels);
+        if is_layered {
+            strip.rows.put_planes(pixels[0].len(), column, row, width, layers.finish(job.pattern.n_samples()));
+        }
         strip.n_tiles_left -= 1;
         if strip.n_tiles_left == 0 {
             finished(&strip.rows.as_rows());
@@ -136,16 +147,20 @@ fn tile_region(settings: &Settings, tile: u64) -> Region {
 
 /// Renders the pixels of a tile, block after block: R, G, B and coverage. A stop is noticed between batches; a pixel of
 /// many samples takes several, and each of its sums still runs over its samples in order.
-fn render_tile<const ONE_SAMPLE: bool>(
+fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
     job: &Job,
     region: &Region,
     wavefront: &mut Wavefront,
     pixels: &mut Vec<[f64; 4]>,
+    layers: &mut Layers,
 ) -> Result<(), Stopped> {
     let n_samples = if ONE_SAMPLE { 1 } else { job.pattern.n_samples() };
     let width = region.width_px() as usize;
     pixels.clear();
     pixels.resize(region.n_pixels(), [0.0; 4]);
+    if LAYERED {
+        layers.begin(region.n_pixels());
+    }
     let order = block_order(width, region.height_px() as usize, n_samples);
     let mut first = (0, 0);
     while first.0 < order.len() {
@@ -170,7 +185,10 @@ fn render_tile<const ONE_SAMPLE: bool>(
         let next = (place, sample);
         let level = wavefront.trace(&job.scene, &job.control.stop)?;
         (place, sample) = first;
-        for (radiance, hit) in level.radiance.iter().zip(&level.hits) {
+        for (ray, (radiance, hit)) in level.radiance.iter().zip(&level.hits).enumerate() {
+            if LAYERED {
+                layers.add(order[place] as usize, level, ray);
+            }
             let [r, g, b, n_hits] = &mut pixels[order[place] as usize];
             *r += radiance.x;
             *g += radiance.y;

@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
+use super::parts::{Parts, PartsAsked};
 use super::shade::{Lighting, Shading};
 use super::{RayCounts, Stopped};
 use crate::accel::Accel;
@@ -35,6 +36,8 @@ pub struct Level {
     weights: Vec<f64>,
     /// Radiance towards the ray's origin, without what deeper levels have yet to add.
     pub radiance: Vec<DVec3>,
+    /// What it is made of, if that is asked for.
+    pub parts: Parts,
 }
 
 /// Rays that a level sends, which wait to be traced; one entry per ray in every column.
@@ -43,6 +46,8 @@ pub struct Bounces {
     rays: Vec<Ray>,
     parents: Vec<u32>,
     weights: Vec<f64>,
+    /// Whether each was refracted, not mirrored; empty unless parts are asked for.
+    refracted: Vec<bool>,
     /// Rays from the front that have been taken.
     n_taken: usize,
 }
@@ -52,6 +57,7 @@ impl Bounces {
         self.rays.clear();
         self.parents.clear();
         self.weights.clear();
+        self.refracted.clear();
         self.n_taken = 0;
     }
 
@@ -61,6 +67,12 @@ impl Bounces {
         self.rays.push(ray);
         self.parents.push(parent);
         self.weights.push(weight);
+    }
+
+    /// Says of the ray that was added last how it came about.
+    #[inline]
+    pub fn note_refracted(&mut self, refracted: bool) {
+        self.refracted.push(refracted);
     }
 
     fn n_left(&self) -> usize {
@@ -74,6 +86,7 @@ impl Bounces {
             std::mem::swap(&mut self.rays, &mut level.rays);
             std::mem::swap(&mut self.parents, &mut level.parents);
             std::mem::swap(&mut self.weights, &mut level.weights);
+            std::mem::swap(&mut self.refracted, &mut level.parts.refracted);
             self.clear();
             return;
         }
@@ -81,7 +94,8 @@ impl Bounces {
         self.n_taken = next.end;
         refill(&mut level.rays, &self.rays[next.clone()]);
         refill(&mut level.parents, &self.parents[next.clone()]);
-        refill(&mut level.weights, &self.weights[next]);
+        refill(&mut level.weights, &self.weights[next.clone()]);
+        refill(&mut level.parts.refracted, self.refracted.get(next).unwrap_or_default());
     }
 }
 
@@ -115,6 +129,8 @@ pub struct Scene<'a> {
     pub max_depth: u32,
     /// Clamp every bounce to 1, as the original does.
     pub clamp: bool,
+    /// What to keep of the radiance's parts; the shading stage must have been made for it.
+    pub parts: PartsAsked,
     /// Rays in a chunk at most; at least 1, and the same image whatever it is.
     pub chunk_rays: usize,
 }
@@ -146,7 +162,7 @@ impl Wavefront {
 
             // Up, as far as nothing waits any more.
             while self.bounces[depth].n_left() == 0 {
-                self.fold(depth, scene.clamp);
+                self.fold(depth, scene);
                 if depth == 0 {
                     return Ok(&self.levels[0]);
                 }
@@ -176,6 +192,9 @@ impl Wavefront {
         // Shading: local radiance, shadow rays, mirror and refracted rays.
         let bounce = depth as u32 + 1 < scene.max_depth;
         scene.shading.shade(scene.world, level, bounce, next, &mut self.lighting);
+        if scene.parts.any() {
+            level.parts.begin(&scene.parts, depth == 0, &level.hits, &level.radiance);
+        }
 
         // Shadow rays, in the order of hits and lights.
         let Lighting { rays: shadow_rays, shadow, .. } = &self.lighting;
@@ -185,6 +204,14 @@ impl Wavefront {
         for (shadow, &occluded) in shadow.iter().zip(&self.occluded) {
             if !occluded {
                 level.radiance[shadow.ray_idx as usize] += shadow.radiance;
+            }
+        }
+
+        if scene.parts.any() {
+            for ((shadow, parts), &occluded) in shadow.iter().zip(&self.lighting.parts).zip(&self.occluded) {
+                if !occluded {
+                    level.parts.add_light(shadow.ray_idx as usize, shadow.radiance, parts);
+                }
             }
         }
 
@@ -198,15 +225,20 @@ impl Wavefront {
     }
 
     /// Carries the finished radiance of a level up to the level above.
-    fn fold(&mut self, depth: usize, clamp: bool) {
+    fn fold(&mut self, depth: usize, scene: &Scene) {
         let (above, below) = self.levels.split_at_mut(depth);
         let level = &mut below[0];
-        if clamp {
+        if scene.clamp {
             level.radiance.iter_mut().for_each(|radiance| *radiance = radiance.min(DVec3::ONE));
         }
         if let Some(parents) = above.last_mut() {
             for ((&parent, &weight), &radiance) in level.parents.iter().zip(&level.weights).zip(&level.radiance) {
                 parents.radiance[parent as usize] += weight * radiance;
+            }
+            if scene.parts.any() {
+                for (ray, (&parent, &weight)) in level.parents.iter().zip(&level.weights).enumerate() {
+                    parents.parts.add_bounce(parent as usize, weight, &level.parts, ray, level.radiance[ray]);
+                }
             }
         }
     }

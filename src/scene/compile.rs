@@ -8,7 +8,7 @@ use super::desc::{CameraDesc, LightDesc, LightFrom, PoseDesc, RenderDesc, SceneD
 use super::object::Objects;
 use super::report::Report;
 use super::validate;
-use super::{Compiled, Names, Overrides, RenderKeys, keys};
+use super::{Compiled, Names, Overrides, RenderKeys, UNGROUPED, keys};
 use crate::error::{Error, Place, Problem};
 use crate::world::{Camera, World};
 
@@ -88,9 +88,9 @@ fn compile_scene(
     for hittable in hittables {
         objects.add(hittable);
     }
-    let names = objects.names;
+    let mut names = objects.names;
     for light in lights {
-        add_light(light, &mut world, report);
+        add_light(light, &mut world, &mut names, report);
     }
     if hittables.is_empty() {
         report.warning(&(0..0), "", Problem::new(Place::default(), "the scene has no object ([[hittable]])"));
@@ -102,9 +102,18 @@ fn compile_scene(
 }
 
 fn compile_render(render: &RenderDesc) -> RenderKeys {
-    let RenderDesc { samples, sampler, seed, max_depth, exposure_ev, background: _, two_sided: _, terminator } =
-        *render;
-    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, terminator }
+    let RenderDesc {
+        samples,
+        sampler,
+        seed,
+        max_depth,
+        exposure_ev,
+        background: _,
+        two_sided: _,
+        terminator,
+        ref aovs,
+    } = *render;
+    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, terminator, aovs: aovs.clone() }
 }
 
 fn compile_camera(camera: &CameraDesc, overrides: &Overrides, report: &Report) -> Option<Camera> {
@@ -164,15 +173,16 @@ pub(super) fn look_at_frame(
     Camera::look_at_frame(position, look_at, up).ok_or(parallel)
 }
 
-fn add_light(light: &LightDesc, world: &mut World, report: &Report) {
-    let LightDesc { from, intensity, color, key, span } = light;
+fn add_light(light: &LightDesc, world: &mut World, names: &mut Names, report: &Report) {
+    let LightDesc { from, intensity, color, group, key, span } = light;
     let intensity = intensity.unwrap_or(1.0) * color.unwrap_or(DVec3::ONE);
     if intensity.max_element() > f64::from(f32::MAX) {
         let problem = Problem::new(Place::default(), "intensity times color is beyond the range of 32-bit floats");
         report.mistake(span, key, problem);
     }
+    let group = names.light_group(group.as_deref().unwrap_or(UNGROUPED));
     match *from {
-        LightFrom::Position(position) => world.lights.add(position, intensity),
-        LightFrom::Direction(direction) => world.lights.add_directional(direction, intensity),
+        LightFrom::Position(position) => world.lights.add_to(group, position, intensity),
+        LightFrom::Direction(direction) => world.lights.add_directional_to(group, direction, intensity),
     }
 }

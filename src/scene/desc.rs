@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::transform::Transform;
-use super::{NormalsKey, SamplerKey};
+use super::{AovKey, NormalsKey, SamplerKey};
 
 /// A value and the bytes of the text that state it.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,6 +89,8 @@ pub struct RenderDesc {
     pub terminator: Option<bool>,
     /// `two_sided`.
     pub two_sided: Option<bool>,
+    /// `aov`.
+    pub aovs: Vec<AovKey>,
 }
 
 /// The keys of a material, in a `[[material]]` or in an object.
@@ -294,6 +296,8 @@ pub struct LightDesc {
     pub intensity: Option<f64>,
     /// `color`.
     pub color: Option<DVec3>,
+    /// `group`: a name that is fit for a layer.
+    pub group: Option<String>,
     /// The dotted key of the table, for messages.
     pub key: String,
     /// The table.

@@ -8,7 +8,9 @@ use rayon::prelude::*;
 use super::mesh::MeshFile;
 use super::normals::{FaceNormals, Weight};
 use super::source::Source;
-use super::{Compiled, Names, NormalsKey, Overrides, RenderKeys, UpAxis, compile, geometry, mesh, smoothing, validate};
+use super::{
+    Compiled, Names, NormalsKey, Overrides, RenderKeys, UNGROUPED, UpAxis, compile, geometry, mesh, smoothing, validate,
+};
 use crate::error::{Error, Place, Problem};
 use crate::world::{Bounds, Camera, Dropped, Material, ObjectId, World};
 
@@ -78,7 +80,7 @@ pub fn load_mesh(path: &Path, overrides: &Overrides) -> Result<Compiled, Error> 
     let camera = Camera { world_from_camera, fov_y_radians, width_px, height_px };
     let object = path.file_stem().map_or_else(|| "mesh".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let materials = std::iter::once(format!("material of {object}")).chain(material_names).collect();
-    let names = Names { materials, objects: vec![object] };
+    let names = Names { materials, objects: vec![object], light_groups: vec![UNGROUPED.to_owned()] };
     Ok(Compiled { world, camera, render: RenderKeys::default(), names, warnings })
 }
 

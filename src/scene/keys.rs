@@ -8,12 +8,12 @@ use crate::error::{Error, Place, Problem};
 
 use super::desc::{
     CameraDesc, HittableDesc, LightDesc, LightFrom, MaterialDesc, MaterialRef, MeshDesc, MeshSource, NamedMaterialDesc,
-    PoseDesc, QuadricDesc, RenderDesc, SceneDesc, ShapeDesc, SphereDesc, TriangleDesc,
+    PoseDesc, QuadricDesc, RenderDesc, SceneDesc, ShapeDesc, Spanned, SphereDesc, TriangleDesc,
 };
 use super::report::Report;
 use super::toml::{Table, walk};
 use super::validate::{COORDINATE, CREASE_ANGLE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX};
-use super::{NormalsKey, SamplerKey, named_quadric, placement, transform};
+use super::{AovKey, NormalsKey, SamplerKey, named_quadric, placement, transform};
 
 const THREE_NUMBERS: &str = "3 numbers";
 const MATERIAL_KEYS: [&str; 9] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh", "k_t", "ior"];
@@ -89,6 +89,7 @@ fn read_render(mut table: Table<'_>) -> RenderDesc {
         background: table.vec3("background", &NON_NEGATIVE).map(|rgb| rgb.value),
         two_sided: table.flag("two_sided"),
         terminator: table.flag("terminator"),
+        aovs: table.words("aov", &AovKey::WORDS).unwrap_or_default(),
     };
     table.finish();
     render
@@ -291,7 +292,23 @@ fn read_light(mut table: Table<'_>) -> Option<LightDesc> {
     };
     let intensity = table.number("intensity", &NON_NEGATIVE).map(|intensity| intensity.value);
     let color = table.vec3("color", &NON_NEGATIVE).map(|rgb| rgb.value);
+    let group = read_group(&mut table);
     let (key, span) = (table.path.clone(), table.span.clone());
     table.finish();
-    Some(LightDesc { from: from?, intensity, color, key, span })
+    Some(LightDesc { from: from?, intensity, color, group, key, span })
+}
+
+/// The group of a light, whose name becomes a part of a layer's.
+fn read_group(table: &mut Table<'_>) -> Option<String> {
+    /// Names of channels end at 255 bytes.
+    const MAX_LENGTH: usize = 100;
+    let expected = "letters, digits, `_` and `-`, at most 100, and not \"ambient\", which holds what no light brings";
+    let Spanned { value: group, .. } = table.string("group", expected)?;
+    let is_fit = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if group == "ambient" || group.len() > MAX_LENGTH || !group.chars().all(is_fit) {
+        let problem = Problem::new(Place::default(), "not a name for a group of lights").found(format!("\"{group}\""));
+        table.mistake("group", problem.expected(expected));
+        return None;
+    }
+    Some(group)
 }

@@ -1,5 +1,6 @@
 //! The front end: from files to a [`World`]. Everything that can be wrong with input is found here.
 
+mod aov;
 pub mod compile;
 pub mod desc;
 pub mod frame;
@@ -28,10 +29,11 @@ use std::path::Path;
 
 use glam::DVec3;
 
+pub use aov::AovKey;
 pub use compile::load_text;
 
 use crate::error::{Error, Place, Problem};
-use crate::world::{Camera, World};
+use crate::world::{Camera, LightGroupId, World};
 
 /// Longest scene text that is read, in bytes. Scenes of this size are generated ones, and a mesh file holds the same
 /// triangles in a tenth of it.
@@ -70,6 +72,8 @@ pub struct RenderKeys {
     pub exposure_ev: Option<f64>,
     /// Start the rays that leave a coarse smooth mesh where the smooth surface would be.
     pub terminator: Option<bool>,
+    /// What to write beside the beauty.
+    pub aovs: Vec<AovKey>,
 }
 
 /// The samplers by the names that scenes use.
@@ -103,6 +107,22 @@ pub struct Names {
     pub objects: Vec<String>,
     /// By [`MaterialId`](crate::world::MaterialId).
     pub materials: Vec<String>,
+    /// By [`LightGroupId`]; [`UNGROUPED`] for lights that are in none.
+    pub light_groups: Vec<String>,
+}
+
+/// The group of lights that name none.
+pub const UNGROUPED: &str = "default";
+
+impl Names {
+    /// The group of a name, which is made if there is none yet.
+    fn light_group(&mut self, name: &str) -> LightGroupId {
+        let row = self.light_groups.iter().position(|group| group == name).unwrap_or_else(|| {
+            self.light_groups.push(name.to_owned());
+            self.light_groups.len() - 1
+        });
+        LightGroupId(row as u32)
+    }
 }
 
 /// Values that the command line sets before a scene is compiled.

@@ -184,16 +184,32 @@ impl<'t> Table<'t> {
     /// One of a few words.
     pub fn word<T: Copy>(&mut self, key: &'static str, words: &[(&str, T)]) -> Option<T> {
         let expected = one_of(words.iter().map(|&(word, _)| word));
-        let Spanned { value, .. } = self.string(key, &expected)?;
-        let meant = words.iter().find(|(word, _)| *word == value).map(|&(_, meant)| meant);
+        let Spanned { value, span } = self.string(key, &expected)?;
+        self.meaning(key, &value, &span, words)
+    }
+
+    /// An array of words, each one of a few.
+    pub fn words<T: Copy>(&mut self, key: &'static str, words: &[(&str, T)]) -> Option<Vec<T>> {
+        let expected = || format!("an array of {}", one_of(words.iter().map(|&(word, _)| word)));
+        let DeValue::Array(array) = self.ask(key)?.get_ref() else { return self.wrong_type(key, &expected()) };
+        let mut meant = Vec::with_capacity(array.len().min(words.len()));
+        for value in array {
+            let DeValue::String(word) = value.get_ref() else { return self.wrong_type(key, &expected()) };
+            meant.push(self.meaning(key, word, &value.span(), words)?);
+        }
+        Some(meant)
+    }
+
+    fn meaning<T: Copy>(&self, key: &str, found: &str, span: &Range<usize>, words: &[(&str, T)]) -> Option<T> {
+        let meant = words.iter().find(|(word, _)| *word == found).map(|&(_, meant)| meant);
         if meant.is_none() {
             let mut problem = Problem::new(Place::default(), format!("unknown {key}"))
-                .found(format!("\"{value}\""))
-                .expected(expected);
-            if let Some(near) = nearest(&value, words.iter().map(|(word, _)| *word)) {
+                .found(format!("\"{found}\""))
+                .expected(one_of(words.iter().map(|&(word, _)| word)));
+            if let Some(near) = nearest(found, words.iter().map(|(word, _)| *word)) {
                 problem = problem.help(format!("did you mean \"{near}\"?"));
             }
-            self.mistake(key, problem);
+            self.report.mistake(span, &self.path_of(key), problem);
         }
         meant
     }

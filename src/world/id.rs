@@ -24,4 +24,6 @@ ids! {
     MeshId
     /// An object of the scene file, numbered in the order of the file. Names live outside the world.
     ObjectId
+    /// A group of lights, numbered from 0; light without a group of its own is in one like any other.
+    LightGroupId
 }

@@ -20,7 +20,7 @@ use glam::DVec3;
 
 pub use bounds::Bounds;
 pub use camera::Camera;
-pub use id::{MaterialId, MeshId, ObjectId};
+pub use id::{LightGroupId, MaterialId, MeshId, ObjectId};
 pub use instance::{InstanceId, Instances, PrototypeId, Prototypes};
 pub use light::Lights;
 pub use material::{Material, Materials};

@@ -1,7 +1,7 @@
 //! Plain settings.
 
 use flatray::film::Region;
-use flatray::render::{Sampler, Settings};
+use flatray::render::{Aovs, Sampler, Settings};
 use flatray::world::Camera;
 
 /// One centre sample over the whole image, depth 5, two threads.
@@ -16,5 +16,6 @@ pub fn center_settings(camera: &Camera) -> Settings {
         region: Region::whole(camera.width_px, camera.height_px),
         terminator: false,
         course: false,
+        aovs: Aovs::default(),
     }
 }

@@ -24,7 +24,8 @@ fn glasses() -> World {
 }
 
 fn scene<'a>(world: &'a World, accel: &'a Accel, chunk_rays: usize, max_depth: u32) -> Scene<'a> {
-    Scene { world, accel, shading: Shading::new(world, false, accel.isa()), max_depth, clamp: false, chunk_rays }
+    let shading = Shading::new(world, false, false, accel.isa());
+    Scene { world, accel, shading, max_depth, clamp: false, parts: PartsAsked::default(), chunk_rays }
 }
 
 /// Rays over a window of the three spheres.

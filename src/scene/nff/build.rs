@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::super::mesh::finding::{Finding, Outcome};
 use super::super::mesh::polygon::Cutter;
 use super::super::source::Source;
-use super::super::{Compiled, Names, Overrides, RenderKeys, compile, geometry, validate};
+use super::super::{Compiled, Names, Overrides, RenderKeys, UNGROUPED, compile, geometry, validate};
 use super::cone::Cone;
 use super::statement::{Light, Run, Sphere, Statements, View};
 use crate::error::{Error, Place, Problem};
@@ -53,7 +53,7 @@ pub(super) fn build(statements: Statements, source: &Source, overrides: &Overrid
     let mut warnings: Vec<Problem> = findings.into_iter().map(|finding| finding.into_problem(source)).collect();
     warnings.extend(geometry::warnings_about(dropped, source.path()));
     let names: Vec<String> = (0..fills.len()).map(|fill| format!("fill {fill}")).collect();
-    let names = Names { objects: names.clone(), materials: names };
+    let names = Names { objects: names.clone(), materials: names, light_groups: vec![UNGROUPED.to_owned()] };
     Ok(Compiled { world, camera, render: RenderKeys::default(), names, warnings })
 }
 

@@ -1,0 +1,213 @@
+//! The layers beside the beauty: from the samples of a tile to its pixels.
+//!
+//! Colours are means over the samples, all of one weight, like the beauty. Positions, normals and ids have no mean: they are
+//! those of the sample whose hit is nearest to the viewer, the first of equals.
+
+use glam::DVec3;
+
+use super::aov::{Aov, Aovs};
+use super::camera_ray::CameraRays;
+use super::surface::{Surface, describe, shading_normal};
+use super::trace::Level;
+use crate::world::{Hit, Ray, World};
+
+/// The layers of a tile, in memory that is used again for every tile.
+#[derive(Debug)]
+pub struct Layers<'a> {
+    aovs: &'a Aovs,
+    world: &'a World,
+    camera: &'a CameraRays,
+    /// The first plane of each layer, in the order of [`Aov::ALL`].
+    starts: [usize; Aov::ALL.len()],
+    n_planes: usize,
+    /// Pixel after pixel, a value for each plane.
+    values: Vec<f64>,
+    /// By pixel; empty unless a layer needs it.
+    nearest: Vec<Nearest>,
+    needs_nearest: bool,
+    /// By pixel; empty unless asked for.
+    objects: Vec<Matte>,
+    materials: Vec<Matte>,
+}
+
+/// The sample of a pixel whose hit is nearest to the viewer.
+#[derive(Clone, Copy, Debug)]
+struct Nearest {
+    z: f64,
+    ray: Ray,
+    hit: Hit,
+}
+
+impl Nearest {
+    fn none() -> Nearest {
+        Nearest { z: f64::INFINITY, ray: Ray::new(DVec3::ZERO, DVec3::Z), hit: Hit::MISS }
+    }
+}
+
+/// What covers a pixel: Cryptomatte ids, and how many samples hit each.
+type Matte = Vec<(u32, u32)>;
+
+/// Layers that describe one point of a pixel.
+const OF_THE_NEAREST: [Aov; 7] = [Aov::Z, Aov::P, Aov::N, Aov::Ng, Aov::Uv, Aov::Object, Aov::Material];
+
+impl<'a> Layers<'a> {
+    /// Layers of a render.
+    pub fn new(aovs: &'a Aovs, world: &'a World, camera: &'a CameraRays) -> Layers<'a> {
+        let mut starts = [0; Aov::ALL.len()];
+        let mut n_planes = 0;
+        for aov in aovs.iter() {
+            starts[aov as usize] = n_planes;
+            n_planes += aovs.n_planes_of(aov);
+        }
+        Layers {
+            aovs,
+            world,
+            camera,
+            starts,
+            n_planes,
+            values: Vec::new(),
+            nearest: Vec::new(),
+            needs_nearest: aovs.any_of(&OF_THE_NEAREST),
+            objects: Vec::new(),
+            materials: Vec::new(),
+        }
+    }
+
+    /// Begins a tile.
+    pub fn begin(&mut self, n_pixels: usize) {
+        self.values.clear();
+        self.values.resize(n_pixels * self.n_planes, 0.0);
+        if self.needs_nearest {
+            self.nearest.clear();
+            self.nearest.resize(n_pixels, Nearest::none());
+        }
+        for (aov, mattes) in [(Aov::CryptoObject, &mut self.objects), (Aov::CryptoMaterial, &mut self.materials)] {
+            if self.aovs.has(aov) {
+                mattes.iter_mut().for_each(Vec::clear);
+                mattes.resize(n_pixels, Vec::new());
+            }
+        }
+    }
+
+    /// Adds a sample: a camera ray of a finished level.
+    pub fn add(&mut self, pixel: usize, level: &Level, ray: usize) {
+        let hit = &level.hits[ray];
+        let values = &mut self.values[pixel * self.n_planes..(pixel + 1) * self.n_planes];
+        let mut add = |plane: usize, color: DVec3| {
+            (0..3).for_each(|channel| values[plane + channel] += color[channel]);
+        };
+        for (lobe, aov) in Aov::LOBES.into_iter().enumerate() {
+            if self.aovs.has(aov) {
+                add(self.starts[aov as usize], level.parts.lobes[ray][lobe]);
+            }
+        }
+        if self.aovs.has(Aov::Lights) {
+            for (group, &light) in level.parts.groups_of(ray).iter().enumerate() {
+                add(self.starts[Aov::Lights as usize] + 3 * group, light);
+            }
+        }
+        if !hit.is_some() {
+            return;
+        }
+        if self.aovs.has(Aov::Albedo) {
+            let albedo = self.world.materials.diffuse[hit.material(self.world).idx()];
+            add(self.starts[Aov::Albedo as usize], albedo);
+        }
+        if self.needs_nearest {
+            let z = self.camera.depth(&level.rays[ray], hit.t);
+            if z < self.nearest[pixel].z {
+                self.nearest[pixel] = Nearest { z, ray: level.rays[ray], hit: *hit };
+            }
+        }
+        if self.aovs.has(Aov::CryptoObject) {
+            count(&mut self.objects[pixel], self.aovs.object_mattes[hit.object(self.world).idx()]);
+        }
+        if self.aovs.has(Aov::CryptoMaterial) {
+            count(&mut self.materials[pixel], self.aovs.material_mattes[hit.material(self.world).idx()]);
+        }
+    }
+
+    /// Ends a tile: pixel after pixel, a value for each plane.
+    pub fn finish(&mut self, n_samples: usize) -> &[f64] {
+        let n_pixels = self.values.len().checked_div(self.n_planes).unwrap_or(0);
+        for pixel in 0..n_pixels {
+            let values = &mut self.values[pixel * self.n_planes..(pixel + 1) * self.n_planes];
+            // Sums of colours become means; the planes of data still hold zeros.
+            values.iter_mut().for_each(|value| *value /= n_samples as f64);
+            if self.needs_nearest {
+                put_nearest(self.world, self.aovs, &self.starts, &self.nearest[pixel], values);
+            }
+            if self.aovs.has(Aov::Samples) {
+                values[self.starts[Aov::Samples as usize]] = n_samples as f64;
+            }
+            for (aov, mattes) in [(Aov::CryptoObject, &mut self.objects), (Aov::CryptoMaterial, &mut self.materials)] {
+                if self.aovs.has(aov) {
+                    let start = self.starts[aov as usize];
+                    put_matte(&mut mattes[pixel], self.aovs.matte_levels as usize, n_samples, &mut values[start..]);
+                }
+            }
+        }
+        &self.values
+    }
+}
+
+/// Writes what lies at the nearest hit of a pixel.
+fn put_nearest(world: &World, aovs: &Aovs, starts: &[usize], nearest: &Nearest, values: &mut [f64]) {
+    let Nearest { z, ray, hit } = nearest;
+    let mut put = |aov: Aov, data: &[f64]| {
+        if aovs.has(aov) {
+            values[starts[aov as usize]..][..data.len()].copy_from_slice(data);
+        }
+    };
+    put(Aov::Z, &[*z]);
+    if !hit.is_some() {
+        return;
+    }
+    if aovs.any_of(&[Aov::P, Aov::N, Aov::Ng]) {
+        let Surface { p, ng, extent: _ } = describe(world, ray, hit);
+        let ns = shading_normal(world, hit, ng);
+        let is_turned = world.two_sided && ng.dot(ray.direction) > 0.0;
+        put(Aov::P, &p.to_array());
+        put(Aov::N, &if is_turned { -ns } else { ns }.to_array());
+        put(Aov::Ng, &ng.to_array());
+    }
+    put(Aov::Uv, &[hit.u, hit.v]);
+    put(Aov::Object, &[f64::from(hit.object(world).0) + 1.0]);
+    put(Aov::Material, &[f64::from(hit.material(world).0) + 1.0]);
+}
+
+fn count(matte: &mut Matte, id: u32) {
+    match matte.iter_mut().find(|(known, _)| *known == id) {
+        Some((_, n_samples)) => *n_samples += 1,
+        None => matte.push((id, 1)),
+    }
+}
+
+/// Writes the ids that cover most of a pixel, each with its share; of equal shares the smaller id comes first.
+fn put_matte(matte: &mut Matte, n_levels: usize, n_samples: usize, values: &mut [f64]) {
+    matte.sort_unstable_by_key(|&(id, n_samples)| (std::cmp::Reverse(n_samples), id));
+    for (&(id, n_hits), pair) in matte.iter().take(n_levels).zip(values.chunks_exact_mut(2)) {
+        // The bits of the id are those of a float, which f64 holds as it is.
+        pair[0] = f64::from(f32::from_bits(id));
+        pair[1] = f64::from(n_hits) / n_samples as f64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mattes_are_ranked_by_coverage_and_end_where_levels_do() {
+        let ids = [1.5_f32, -2.0, 7.0, 1e-3].map(f32::to_bits);
+        let mut matte = Matte::new();
+        for (id, n) in [(ids[0], 1), (ids[1], 3), (ids[2], 3), (ids[3], 1)] {
+            (0..n).for_each(|_| count(&mut matte, id));
+        }
+        let mut values = [0.0; 8];
+        put_matte(&mut matte, 3, 10, &mut values);
+        // The bits of 7 are less than those of −2, which has the sign bit.
+        assert_eq!(values[..4], [7.0, 0.3, -2.0, 0.3]);
+        assert_eq!(values[4..], [f64::from(1e-3_f32), 0.1, 0.0, 0.0]);
+    }
+}
