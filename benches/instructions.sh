@@ -126,6 +126,28 @@ row "a bounded quadric" "$(per_pixel full quadric 1)"
 row "an unbounded quadric" "$(per_pixel full plane 1)"
 row "4 samples" "$(per_pixel full none 4)"
 
+# What layers cost, files and all: instructions per pixel of a render that encodes an EXR.
+with_layers() {
+    # shellcheck disable=SC2086 # No layers are no argument.
+    count=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect="$COUNTED" "$work/full" render \
+        "$work/none.toml" --width $SIZE_PX --height $SIZE_PX --samples 4 --max-depth 5 --threads 1 --quiet \
+        --output "$work/layers.exr" ${1:+--aov $1} 2>&1 | sed -n 's/^.*Collected *: *//p')
+    echo "$count" | awk -v n=$SIZE_PX '{ printf "%.0f", $1 / (n * n) }'
+}
+
+echo
+echo "| layers, 4 samples | instructions per pixel | over none |"
+echo "|---|---|---|"
+none_layers=$(with_layers "")
+none_before=$none
+none=$none_layers
+row "the picture alone" "$none_layers"
+for layers in ambient diffuse specular reflection lobes lights albedo Z P N Ng uv object material samples CryptoObject \
+    CryptoMaterial all; do
+    row "\`$layers\`" "$(with_layers $layers)"
+done
+none=$none_before
+
 cmp "$work/bare-none-1.pfm" "$work/full-none-1.pfm"
 echo "$bare $none" | awk -v limit=$LIMIT_PERCENT '{
     cost = 100 * ($2 - $1) / $1

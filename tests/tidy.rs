@@ -22,7 +22,7 @@ fn may_import(room: &str) -> &'static [&'static str] {
 }
 
 /// Crates that exactly one file may name.
-const SINGLE_IMPORTERS: [(&str, &str); 8] = [
+const SINGLE_IMPORTERS: [(&str, &str); 9] = [
     ("obvhs", "src/accel/build.rs"),
     ("toml", "src/scene/toml.rs"),
     ("exr", "src/film/exr.rs"),
@@ -31,6 +31,7 @@ const SINGLE_IMPORTERS: [(&str, &str); 8] = [
     ("libloading", FOREIGN_LIBRARY),
     ("memmap2", FILE_MAPPING),
     ("ruzstd", "src/scene/source/unpack.rs"),
+    ("murmur3", "src/film/cryptomatte.rs"),
 ];
 
 /// Where a library of another language is loaded and called, and where files are mapped: the only files outside of
