@@ -102,9 +102,19 @@ fn compile_scene(
 }
 
 fn compile_render(render: &RenderDesc) -> RenderKeys {
-    let RenderDesc { samples, sampler, seed, max_depth, exposure_ev, background: _, two_sided: _, terminator } =
-        *render;
-    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, terminator }
+    let RenderDesc {
+        samples,
+        sampler,
+        seed,
+        max_depth,
+        exposure_ev,
+        tone_map,
+        white_point,
+        background: _,
+        two_sided: _,
+        terminator,
+    } = *render;
+    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, tone_map, white_point, terminator }
 }
 
 fn compile_camera(camera: &CameraDesc, overrides: &Overrides, report: &Report) -> Option<Camera> {
