@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::film::output::Format;
-use flatray::film::{Display, Encoder, Film, Region, Rows};
+use flatray::film::{Display, Encoder, Film, Picture, Region, Rows};
 use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
 use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::simd::Isa;
@@ -116,7 +116,7 @@ fn files_encoded_while_the_frame_is_rendered_are_those_that_are_encoded_at_once(
     let accel = Accel::build(&scene.world, AccelKind::Bvh);
     let region = Region { x0: 3, y0: 5, x1: 74, y1: 82 };
     let settings = Settings { samples: 1, region, ..jittered(&scene) };
-    let display = Display::ToneMapped { exposure_stops: 0.5 };
+    let display = Display::Picture(Picture { exposure_stops: 0.5, ..Picture::default() });
     let finished = shoot(&scene, &accel, &settings).film;
     for format in [Format::Exr, Format::Png, Format::Pfm] {
         let expected = bytes(&Encoder::new(format, &finished, &display).unwrap(), &finished);

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use flatray::film::exr::{self, ExrAttributes};
 use flatray::film::output::write_file;
-use flatray::film::{Display, Film, Plane, Samples, png};
+use flatray::film::{Display, Film, Picture, Plane, Samples, png};
 use flatray::measure::difference::compare;
 use flatray::render::{Sampler, Settings};
 use world_kit::rendering::render_world;
@@ -98,7 +98,7 @@ fn write_difference(name: &str, golden: &Film, found: &Film) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden");
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join(format!("{name}-golden-found-difference.png"));
-    write_file(&path, |out| png::write(&film, &Display::ToneMapped { exposure_stops: 0.0 }, out)).unwrap();
+    write_file(&path, |out| png::write(&film, &Display::Picture(Picture::default()), out)).unwrap();
     path
 }
 

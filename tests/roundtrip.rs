@@ -9,7 +9,8 @@ use std::process::Command;
 
 use flatray::film::exr::{self, ExrAttributes};
 use flatray::film::png_chunk::{Transfer, write_chunk};
-use flatray::film::{Display, Film, Plane, Region, Samples, output, pfm, png, read_image};
+use flatray::film::tone_map::{ToneMap, exposure_factor, quantize16, srgb_from_linear};
+use flatray::film::{Depth, Display, Film, Picture, Plane, Region, Samples, output, pfm, png, read_image};
 use flatray::measure::difference::{compare, compare_files};
 use shared_data::shared;
 
@@ -150,10 +151,11 @@ fn films_that_break_their_promises_are_refused_and_not_written() {
 #[test]
 fn the_same_film_gives_the_same_bytes_every_time() {
     let film = crop_film();
-    let (first_exr, first_png) = (exr_bytes(&film), png_bytes(&film, Display::ToneMapped { exposure_stops: 0.5 }));
+    let display = Display::Picture(Picture { exposure_stops: 0.5, ..Picture::default() });
+    let (first_exr, first_png) = (exr_bytes(&film), png_bytes(&film, display));
     for _ in 0..30 {
         assert!(exr_bytes(&film) == first_exr);
-        assert!(png_bytes(&film, Display::ToneMapped { exposure_stops: 0.5 }) == first_png);
+        assert!(png_bytes(&film, display) == first_png);
     }
 }
 
@@ -180,18 +182,48 @@ fn the_same_film_gives_the_same_bytes_in_every_process() {
 
 #[test]
 fn a_tone_mapped_png_holds_the_bytes_of_the_display_and_says_that_it_is_srgb() {
-    let display = Display::ToneMapped { exposure_stops: -1.0 };
+    let display = Display::Picture(Picture { exposure_stops: -1.0, ..Picture::default() });
     let film = ramp_film(31, 17);
     let bytes = png_bytes(&film, display);
     let file = png::decode(&bytes, None, Path::new(NAME)).unwrap();
     let [r, g, b] = film.color_planes().unwrap();
     let expected = (0..film.n_pixels())
-        .map(|at| display.rgb8([r.samples.get(at), g.samples.get(at), b.samples.get(at)]))
+        .map(|at| {
+            let mut rgba = [0; 4];
+            let color = [r.samples.get(at), g.samples.get(at), b.samples.get(at)];
+            display.mapping().fill_rgba([color].into_iter(), &mut rgba);
+            [rgba[0], rgba[1], rgba[2]]
+        })
         .collect::<Vec<_>>();
     assert_eq!(file.rgb8.unwrap(), expected);
     assert!((0..film.n_pixels()).all(|at| file.film.plane("A").unwrap().samples.get(at) == 1.0));
     assert_eq!(&bytes[33..49], b"\0\0\0\x04gAMA\0\0\xb1\x8f\x0b\xfc\x61\x05");
     assert_eq!(&bytes[49..62], b"\0\0\0\x01sRGB\0\xae\xce\x1c\xe9");
+}
+
+#[test]
+fn a_sixteen_bit_png_holds_the_levels_of_the_curve_and_states_the_same_transfer() {
+    let picture = Picture { exposure_stops: -1.0, depth: Depth::Sixteen, ..Picture::default() };
+    let film = ramp_film(31, 40);
+    let bytes = png_bytes(&film, Display::Picture(picture));
+    assert_eq!(&bytes[16..29], b"\0\0\0\x1f\0\0\0\x28\x10\x06\0\0\0");
+    assert_eq!(&bytes[33..49], b"\0\0\0\x04gAMA\0\0\xb1\x8f\x0b\xfc\x61\x05");
+    let decoder = image::codecs::png::PngDecoder::new(Cursor::new(&bytes)).unwrap();
+    let image = image::DynamicImage::from_decoder(decoder).unwrap().into_rgba16();
+    let planes = film.color_planes().unwrap();
+    let operator = ToneMap::default().operator();
+    for (at, pixel) in image.pixels().enumerate() {
+        let exposed = planes.map(|plane| plane.samples.get(at).max(0.0) * exposure_factor(-1.0));
+        let [r, g, b] = operator.map(exposed).map(|c| quantize16(srgb_from_linear(c)));
+        assert_eq!(pixel.0, [r, g, b, u16::MAX], "pixel {at}");
+    }
+    // Our own reader keeps the levels apart.
+    let file = png::decode(&bytes, None, Path::new(NAME)).unwrap();
+    assert!(file.rgb8.is_none());
+    let red = file.film.plane("R").unwrap();
+    for (at, pixel) in image.pixels().enumerate() {
+        assert_eq!(quantize16(srgb_from_linear(red.samples.get(at))), pixel.0[0]);
+    }
 }
 
 #[test]

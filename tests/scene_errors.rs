@@ -138,7 +138,7 @@ const CASES: &[Case] = &[
         told: &["s.toml:2:1: camera.fvo: unknown key (did you mean `fov`?)"] },
     Case { name: "an unknown key near nothing",
         scene: "[render]\nqqqqqq = 3\n",
-        told: &["s.toml:2:1: render.qqqqqq: unknown key (known here: samples, sampler, seed, max_depth, exposure, background, two_sided, terminator, aov)"] },
+        told: &["s.toml:2:1: render.qqqqqq: unknown key (known here: samples, sampler, seed, max_depth, exposure, tonemap, white_point, background, two_sided, terminator, aov)"] },
     Case { name: "a key of another type of object",
         scene: "[[hittable]]\ntype = \"sphere\"\nposition = [0, 0, 0]\nradius = 1\nfile_path = \"a.ply\"\n",
         told: &["s.toml:5:1: hittable[0].file_path: unknown key (known here: type, name, ambient, diffuse, specular, k_a, k_d, k_s, sh, k_t, ior, material, scale, rotate, translate, world_from_object, position, radius)"] },

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
 use super::aov_args::AovArgs;
 use super::failure::Failure;
+use super::picture_args::{PICTURE_OPTIONS, PictureArgs};
 use super::value;
 use crate::accel::Preset;
 use crate::film::Region;
@@ -28,6 +29,7 @@ Examples:
   flatray render dragon.ply.gz -o dragon.png --width 1920 --height 1080
   flatray info scene.toml                   What a scene holds and what it costs
   flatray diff a.exr b.exr --max-rmse 1e-4  Compare two images
+  flatray tonemap a.exr a.png --exposure 1  The PNG of an EXR, afterwards
 
 Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted.";
 
@@ -101,6 +103,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Compare two images
     Diff(DiffArgs),
+    /// Make the PNG of a scene-linear image
+    Tonemap(super::tonemap::TonemapArgs),
     /// Test the kernels against exact arithmetic
     Stress(super::stress::Args),
     /// Measure speed
@@ -123,9 +127,6 @@ pub struct RenderArgs {
     /// Write times, rays and memory as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     pub stats: Option<PathBuf>,
-    /// Exposure of the PNG in stops; the EXR is scene-linear [default: 0]
-    #[arg(long, value_name = "EV", value_parser = value::exposure_ev, help_heading = "Output")]
-    pub exposure: Option<f64>,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,
@@ -165,7 +166,7 @@ pub struct RenderArgs {
           help_heading = "Quality")]
     pub terminator: Option<bool>,
     /// Be another renderer, bit for bit: fixes samples, depth, clamping and PNG encoding
-    #[arg(long, value_name = "RENDERER", conflicts_with = "exposure", help_heading = "Quality")]
+    #[arg(long, value_name = "RENDERER", conflicts_with_all = PICTURE_OPTIONS, help_heading = "Quality")]
     pub compat: Option<CompatArg>,
 
     /// Worker threads [default: all cores]
@@ -184,6 +185,9 @@ pub struct RenderArgs {
     /// Instruction set; every one gives the same bits [default: the fastest that this processor has]
     #[arg(long, value_name = "ISA", help_heading = "Speed")]
     pub isa: Option<IsaArg>,
+
+    #[command(flatten)]
+    pub picture: PictureArgs,
 }
 
 /// Arguments of `flatray info`.

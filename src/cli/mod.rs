@@ -2,8 +2,8 @@
 //!
 //! | room | does |
 //! |---|---|
-//! | `args`, `aov_args`, `value` | what may be said, and how it is read |
-//! | `render`, `info`, `diff`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
+//! | `args`, `aov_args`, `picture_args`, `value` | what may be said, and how it is read |
+//! | `render`, `info`, `diff`, `tonemap`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
 //! | `plan`, `output` | what a render will do and write, settled before it starts |
 //! | `progress`, `stats`, `info_text`, `throughput_text`, `quantity` | what is shown |
 //! | `diagnostic`, `terminal` | how problems look, and where text goes |
@@ -23,6 +23,7 @@ mod info_text;
 mod interrupt;
 mod memory;
 mod output;
+mod picture_args;
 mod plan;
 mod progress;
 mod quantity;
@@ -32,6 +33,7 @@ mod stress;
 mod terminal;
 mod throughput;
 mod throughput_text;
+mod tonemap;
 mod value;
 
 use std::process::ExitCode;
@@ -49,6 +51,7 @@ pub fn main() -> ExitCode {
         Ok(Cli { command: Some(Command::Render(args)) }) => (render::run(&args), "nothing was rendered"),
         Ok(Cli { command: Some(Command::Info(args)) }) => (info::run(&args), "nothing to tell"),
         Ok(Cli { command: Some(Command::Diff(args)) }) => (diff::run(&args), "nothing was compared"),
+        Ok(Cli { command: Some(Command::Tonemap(args)) }) => (tonemap::run(&args), "nothing was written"),
         Ok(Cli { command: Some(Command::Stress(args)) }) => (stress::run(&args), "nothing was tested"),
         Ok(Cli { command: Some(Command::Bench(args)) }) => (bench::run(&args), "nothing was measured"),
     };
@@ -77,7 +80,7 @@ mod tests {
         let cli = Cli::try_parse_from(line.split_whitespace()).unwrap();
         let Some(Command::Render(args)) = cli.command else { panic!() };
         assert_eq!(args.outputs.len(), 2);
-        assert_eq!((args.exposure, args.fov, args.seed), (Some(-1.5), Some(45.5), Some(7)));
+        assert_eq!((args.picture.exposure, args.fov, args.seed), (Some(-1.5), Some(45.5), Some(7)));
         assert!(Cli::try_parse_from(["flatray", "render", "--compat", "course"]).is_ok());
         assert!(Cli::try_parse_from(["flatray"]).unwrap().command.is_none());
     }

@@ -10,7 +10,7 @@ use super::plan::Plan;
 use super::{files, terminal};
 use crate::error::Error;
 use crate::film::output::Format;
-use crate::film::{Display, Encoder, Film};
+use crate::film::{Encoder, Film};
 
 /// The stem of the files of the built-in scene.
 const BUILT_IN_STEM: &str = "flatray";
@@ -38,9 +38,7 @@ pub struct Image {
 /// # Errors
 /// An image that one of the formats cannot hold.
 pub fn encoders(outputs: Vec<Output>, film: &Film, plan: &Plan) -> Result<Vec<Image>, Error> {
-    let display =
-        if plan.settings.course { Display::Course } else { Display::ToneMapped { exposure_stops: plan.exposure_ev } };
-    let image = |Output { format, path }| match Encoder::new(format, film, &display) {
+    let image = |Output { format, path }| match Encoder::new(format, film, &plan.display) {
         Ok(encoder) => Ok(Image { encoder, path }),
         Err(error) => Err(Error::io(&path, "write the file", &error)),
     };
@@ -99,6 +97,12 @@ fn stem_of(input: &Path) -> String {
     let is_gz = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
     let unpacked = if is_gz { input.with_extension("") } else { input.to_path_buf() };
     unpacked.file_stem().map_or_else(|| BUILT_IN_STEM.into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// Whether two paths name one file, by whatever spelling or link.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| identity(path));
+    identity(a) == identity(b) || real(a) == real(b)
 }
 
 /// What two spellings of one path have in common: the real directory, and the name in it.

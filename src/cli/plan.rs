@@ -4,9 +4,9 @@ use clap::error::ErrorKind;
 
 use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
 use super::failure::Failure;
-use super::output;
+use super::{output, picture_args};
 use crate::accel::{AccelKind, Preset};
-use crate::film::Region;
+use crate::film::{Display, Region};
 use crate::render::{Sampler, Settings};
 use crate::scene::{Compiled, Overrides, RenderKeys, SamplerKey, UpAxis};
 use crate::simd::Isa;
@@ -30,8 +30,8 @@ pub struct Plan {
     pub preset: Preset,
     /// Instruction set.
     pub isa: Isa,
-    /// Exposure of PNGs in stops.
-    pub exposure_ev: f64,
+    /// What PNGs show.
+    pub display: Display,
 }
 
 /// Finds options that contradict each other, before anything is loaded.
@@ -127,13 +127,13 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         None | Some(AccelArg::Bvh) => AccelKind::Bvh,
         Some(AccelArg::Linear) => AccelKind::Linear,
     };
-    let exposure_ev = args.exposure.or(scene.render.exposure_ev).unwrap_or(0.0);
+    let picture = picture_args::settle(&args.picture, &scene.render, "render")?;
     Ok(Plan {
         settings,
         accel,
         preset: args.bvh.map_or_else(Preset::default, Preset::from),
         isa: isa(args)?,
-        exposure_ev,
+        display: if course { Display::Course } else { Display::Picture(picture) },
     })
 }
 
@@ -173,6 +173,8 @@ mod tests {
 
     use super::*;
     use crate::cli::args::BvhArg;
+    use crate::cli::picture_args::PictureArgs;
+    use crate::film::Picture;
     use crate::scene::Names;
     use crate::world::{Camera, World};
 
@@ -194,7 +196,7 @@ mod tests {
             max_depth: Some(3),
             exposure_ev: Some(1.0),
             terminator: Some(true),
-            aovs: Vec::new(),
+            ..RenderKeys::default()
         };
         let plain = settings(RenderArgs::default(), RenderKeys::default());
         assert_eq!((plain.samples, plain.sampler, plain.seed, plain.max_depth), (16, Sampler::Jitter, 0, 5));
@@ -209,14 +211,15 @@ mod tests {
             sampler: Some(SamplerArg::Jitter),
             seed: Some(1),
             max_depth: Some(1),
-            exposure: Some(-2.0),
+            picture: PictureArgs { exposure: Some(-2.0), ..PictureArgs::default() },
             terminator: Some(false),
             ..RenderArgs::default()
         };
         let asked = settings(args.clone(), keys.clone());
         assert_eq!((asked.samples, asked.sampler, asked.seed, asked.max_depth), (2, Sampler::Jitter, 1, 1));
         assert!(of_scene.terminator && !asked.terminator);
-        assert_eq!(settle(&args, &scene(keys)).unwrap().exposure_ev, -2.0);
+        let picture = Picture { exposure_stops: -2.0, ..Picture::default() };
+        assert_eq!(settle(&args, &scene(keys)).unwrap().display, Display::Picture(picture));
     }
 
     #[test]

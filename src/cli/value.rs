@@ -21,6 +21,12 @@ pub fn exposure_ev(text: &str) -> Result<f64, String> {
     (value.abs() <= 64.0).then_some(value).ok_or_else(|| "expected stops from -64 to 64".to_owned())
 }
 
+/// A radiance that becomes white: the range that scene files have too.
+pub fn white_point(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    (1e-6..=1e6).contains(&value).then_some(value).ok_or_else(|| "expected a radiance from 1e-6 to 1e6".to_owned())
+}
+
 /// A limit of `diff`: zero or more.
 pub fn limit(text: &str) -> Result<f64, String> {
     let value = number(text)?;
@@ -94,6 +100,8 @@ mod tests {
         }
         assert_eq!(exposure_ev("-1.5"), Ok(-1.5));
         assert!(exposure_ev("65").is_err() && exposure_ev("NaN").is_err());
+        assert_eq!(white_point("5.6"), Ok(5.6));
+        assert!(white_point("0").is_err() && white_point("-1").is_err() && white_point("1e7").is_err());
         assert_eq!(limit("0"), Ok(0.0));
         assert!(limit("-1e-9").is_err() && limit("inf").is_err());
     }

@@ -30,11 +30,12 @@ pub mod rows;
 pub mod tone_map;
 mod zip;
 
-pub use display::Display;
+pub use display::{Depth, Display, Picture};
 pub use encode::Encoder;
 pub use read::{ImageFile, read_image};
 pub use region::Region;
 pub use rows::Rows;
+pub use tone_map::ToneMap;
 
 /// One plane of an image, row after row from the top, as wide and high as the film's data window.
 #[derive(Clone, Debug, PartialEq)]

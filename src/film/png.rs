@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Place, Problem};
 use crate::film::deflate::{self, Adler32};
-use crate::film::display::Mapping;
+use crate::film::display::{Depth, Mapping};
 use crate::film::png_chunk::{Transfer, parse_header, parse_transfer, write_chunk};
 use crate::film::read::{filled, read_bytes};
 use crate::film::rows::{BAND_ROWS, Rows};
@@ -26,6 +26,7 @@ const LEVEL: u32 = 3;
 #[derive(Debug)]
 pub struct Encoder {
     mapping: Mapping,
+    depth: Depth,
     is_srgb: bool,
     size_px: [u32; 2],
     /// The planes shown as red, green and blue.
@@ -62,7 +63,8 @@ impl Encoder {
         let n_bands = (size_px[1] as usize).div_ceil(BAND_ROWS);
         Ok(Encoder {
             mapping: display.mapping(),
-            is_srgb: matches!(display, Display::ToneMapped { .. }),
+            depth: display.depth(),
+            is_srgb: display.is_srgb(),
             size_px,
             planes,
             bands: (0..n_bands).map(|_| OnceLock::new()).collect(),
@@ -78,26 +80,29 @@ impl Encoder {
 
     fn band(&self, index: usize, rows: &Rows) -> &io::Result<Band> {
         self.bands[index].get_or_init(|| {
-            let filtered = png_filter::filter(&self.rgba(rows), 4 * rows.width_px);
+            let filtered = png_filter::filter(&self.rgba(rows), rows.width_px, self.pixel_bytes());
             let deflated = deflate::piece(&filtered, LEVEL, index + 1 == self.bands.len())?;
             Ok(Band { deflated, checksum: Adler32::of(&filtered), length: filtered.len() })
         })
     }
 
+    /// Bytes of a pixel's four samples.
+    fn pixel_bytes(&self) -> usize {
+        4 * self.depth.bytes()
+    }
+
     fn rgba(&self, rows: &Rows) -> Vec<u8> {
         let [r, g, b] = self.planes.map(|plane| rows.planes[plane]);
-        let mut rgba = vec![255; rows.n_rows() * rows.width_px * 4];
-        for (index, pixel) in rgba.chunks_exact_mut(4).enumerate() {
-            let rgb8 = self.mapping.rgb8([r, g, b].map(|plane| plane.get(index)));
-            pixel[..3].copy_from_slice(&rgb8);
-        }
+        let n_pixels = rows.n_rows() * rows.width_px;
+        let mut rgba = vec![0; n_pixels * self.pixel_bytes()];
+        self.mapping.fill_rgba((0..n_pixels).map(|index| [r, g, b].map(|plane| plane.get(index))), &mut rgba);
         rgba
     }
 
-    /// Writes an 8-bit RGBA PNG as large as the film's data window; `Y` alone is written as grey RGB. Bands that
+    /// Writes an RGBA PNG of 8 or 16 bits a sample as large as the film's data window; `Y` alone is written as grey RGB. Bands that
     /// [`Encoder::encode`] has not seen are made now. The same film gives the same bytes.
     ///
-    /// Alpha is 255 everywhere: the film's A is how much of a pixel is covered by objects, while its RGB already holds the
+    /// Alpha is full everywhere: the film's A is how much of a pixel is covered by objects, while its RGB already holds the
     /// background's radiance where nothing covers it, so the picture is opaque. Coverage is kept in the EXR.
     ///
     /// A tone-mapped file says that it is sRGB (chunks sRGB, perceptual, and gAMA 0.45455 for programs that only know that
@@ -111,8 +116,9 @@ impl Encoder {
         });
         out.write_all(&SIGNATURE)?;
         let [width_px, height_px] = self.size_px.map(u32::to_be_bytes);
-        // Eight bits a sample, RGBA; one way each to compress, filter and order the rows.
-        write_chunk(out, *b"IHDR", &[&width_px, &height_px, &[8, 6, 0, 0, 0]])?;
+        let sample_bits = 8 * self.depth.bytes() as u8;
+        // RGBA; one way each to compress, filter and order the rows.
+        write_chunk(out, *b"IHDR", &[&width_px, &height_px, &[sample_bits, 6, 0, 0, 0]])?;
         if self.is_srgb {
             write_chunk(out, *b"gAMA", &[&45_455_u32.to_be_bytes()])?;
             write_chunk(out, *b"sRGB", &[&[0]])?;

@@ -108,12 +108,15 @@ fn compile_render(render: &RenderDesc) -> RenderKeys {
         seed,
         max_depth,
         exposure_ev,
+        tone_map,
+        white_point,
         background: _,
         two_sided: _,
         terminator,
         ref aovs,
     } = *render;
-    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, terminator, aovs: aovs.clone() }
+    let aovs = aovs.clone();
+    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, tone_map, white_point, terminator, aovs }
 }
 
 fn compile_camera(camera: &CameraDesc, overrides: &Overrides, report: &Report) -> Option<Camera> {

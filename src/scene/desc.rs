@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::transform::Transform;
-use super::{AovKey, NormalsKey, SamplerKey};
+use super::{AovKey, NormalsKey, SamplerKey, ToneMapKey};
 
 /// A value and the bytes of the text that state it.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +83,10 @@ pub struct RenderDesc {
     pub max_depth: Option<u32>,
     /// `exposure`, in stops.
     pub exposure_ev: Option<f64>,
+    /// `tonemap`.
+    pub tone_map: Option<ToneMapKey>,
+    /// `white_point`; only beside an operator that has one.
+    pub white_point: Option<f64>,
     /// `background`, scene-linear RGB.
     pub background: Option<DVec3>,
     /// `terminator`.

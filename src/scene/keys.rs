@@ -12,8 +12,8 @@ use super::desc::{
 };
 use super::report::Report;
 use super::toml::{Table, walk};
-use super::validate::{COORDINATE, CREASE_ANGLE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX};
-use super::{AovKey, NormalsKey, SamplerKey, named_quadric, placement, transform};
+use super::validate::{COORDINATE, CREASE_ANGLE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX, WHITE_POINT};
+use super::{AovKey, NormalsKey, SamplerKey, ToneMapKey, named_quadric, placement, transform};
 
 const THREE_NUMBERS: &str = "3 numbers";
 const MATERIAL_KEYS: [&str; 9] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh", "k_t", "ior"];
@@ -80,17 +80,33 @@ fn read_camera(mut table: Table<'_>) -> CameraDesc {
 
 fn read_render(mut table: Table<'_>) -> RenderDesc {
     let words = [("center", SamplerKey::Center), ("grid", SamplerKey::Grid), ("jitter", SamplerKey::Jitter)];
+    let operators = [
+        ("clip", ToneMapKey::Clip),
+        ("reinhard", ToneMapKey::Reinhard),
+        ("hable", ToneMapKey::Hable),
+        ("aces-hill", ToneMapKey::AcesHill),
+        ("khronos-neutral", ToneMapKey::KhronosNeutral),
+        ("agx-approx", ToneMapKey::AgxApprox),
+    ];
     let render = RenderDesc {
         samples: table.integer("samples", 1..=65_536, "a whole number from 1 to 65536").map(|n| n as u32),
         sampler: table.word("sampler", &words),
         seed: table.integer("seed", 0..=u64::MAX, "a whole number from 0 to 18446744073709551615"),
         max_depth: table.integer("max_depth", 1..=1000, "a whole number from 1 to 1000").map(|n| n as u32),
         exposure_ev: table.number("exposure", &EXPOSURE).map(|ev| ev.value),
+        tone_map: table.word("tonemap", &operators),
+        white_point: table.number("white_point", &WHITE_POINT).map(|white| white.value),
         background: table.vec3("background", &NON_NEGATIVE).map(|rgb| rgb.value),
         two_sided: table.flag("two_sided"),
         terminator: table.flag("terminator"),
         aovs: table.words("aov", &AovKey::WORDS).unwrap_or_default(),
     };
+    let has_white_point = matches!(render.tone_map, Some(ToneMapKey::Reinhard | ToneMapKey::Hable));
+    // A `tonemap` that could not be read may be either.
+    if render.white_point.is_some() && !has_white_point && (render.tone_map.is_some() || !table.has("tonemap")) {
+        let what = "a `white_point` goes with `tonemap = \"reinhard\"` or `\"hable\"`: other operators have none";
+        table.mistake("white_point", Problem::new(Place::default(), what));
+    }
     table.finish();
     render
 }

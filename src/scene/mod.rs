@@ -70,6 +70,10 @@ pub struct RenderKeys {
     pub max_depth: Option<u32>,
     /// Exposure of the PNG in stops.
     pub exposure_ev: Option<f64>,
+    /// Tone curve of the PNG.
+    pub tone_map: Option<ToneMapKey>,
+    /// Radiance that becomes white, after exposure.
+    pub white_point: Option<f64>,
     /// Start the rays that leave a coarse smooth mesh where the smooth surface would be.
     pub terminator: Option<bool>,
     /// What to write beside the beauty.
@@ -83,6 +87,18 @@ pub enum SamplerKey {
     Center,
     Grid,
     Jitter,
+}
+
+/// The tone curves by the names that scenes use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum ToneMapKey {
+    Clip,
+    Reinhard,
+    Hable,
+    AcesHill,
+    KhronosNeutral,
+    AgxApprox,
 }
 
 /// What the normals of a mesh are made of, by the names that scenes use.

@@ -40,6 +40,10 @@ pub const CREASE_ANGLE: NumberRule =
 /// An exposure in stops.
 pub const EXPOSURE: NumberRule = NumberRule { expected: "stops from -64 to 64", holds: |x| x.abs() <= 64.0 };
 
+/// A radiance that becomes white.
+pub const WHITE_POINT: NumberRule =
+    NumberRule { expected: "a radiance from 1e-6 to 1e6", holds: |x| (1e-6..=1e6).contains(&x) };
+
 /// Width and height of an image in pixels, and how messages put it.
 pub const SIDE_PX: (std::ops::RangeInclusive<u64>, &str) = (1..=65_535, "a whole number of pixels from 1 to 65535");
 /// Most pixels of an image.
