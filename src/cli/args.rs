@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
+use super::exr_args::ExrArgs;
 use super::failure::Failure;
 use super::value;
 use crate::accel::Preset;
@@ -125,6 +126,9 @@ pub struct RenderArgs {
     /// Exposure of the PNG in stops; the EXR is scene-linear [default: 0]
     #[arg(long, value_name = "EV", value_parser = value::exposure_ev, help_heading = "Output")]
     pub exposure: Option<f64>,
+    /// EXR files and crops
+    #[command(flatten)]
+    pub exr: ExrArgs,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,

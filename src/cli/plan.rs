@@ -3,6 +3,7 @@
 use clap::error::ErrorKind;
 
 use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
+use super::exr_args::{CropOutputArg, ExrList};
 use super::failure::Failure;
 use crate::accel::{AccelKind, Preset};
 use crate::film::Region;
@@ -31,6 +32,10 @@ pub struct Plan {
     pub isa: Isa,
     /// Exposure of PNGs in stops.
     pub exposure_ev: f64,
+    /// What EXR files are.
+    pub exr: ExrList,
+    /// Whether the files of a crop are padded to the whole image.
+    pub pads_crop: bool,
 }
 
 /// Finds options that contradict each other, before anything is loaded.
@@ -132,6 +137,8 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         preset: args.bvh.map_or_else(Preset::default, Preset::from),
         isa: isa(args)?,
         exposure_ev,
+        exr: args.exr.exr.unwrap_or_default(),
+        pads_crop: args.exr.crop_output == Some(CropOutputArg::Full) && region != Region::whole(width_px, height_px),
     })
 }
 

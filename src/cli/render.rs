@@ -15,7 +15,7 @@ use super::output::{self, Image};
 use super::plan;
 use super::progress::Progress;
 use super::stats::{MemoryBytes, Seconds, Stats};
-use super::{diagnostic, terminal};
+use super::{diagnostic, exr_attributes, terminal};
 use crate::accel::{Accel, AccelKind};
 use crate::error::{Error, Place};
 use crate::film::{Film, Rows};
@@ -48,7 +48,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
     }
     let plan = plan::settle(args, &scene)?;
-    let need = Need::of(&scene.world, &plan.settings, plan.accel);
+    let need = Need::of(&scene.world, &scene.camera, &plan, &outputs);
     need.check(machine::available_bytes())?;
 
     let accel = timed(&mut seconds.build, || pool.install(|| Accel::build_with(&scene.world, plan.accel, plan.preset)));
@@ -56,12 +56,23 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drop(pool);
     interrupt.check()?;
     let mut film = render::new_film(&scene.camera, &plan.settings);
-    let images = output::encoders(outputs, &film, &plan)?;
+    let attributes = exr_attributes::attributes_of(args.input.as_deref(), &scene.camera, &plan);
+    let mut images = match plan.pads_crop {
+        false => output::encoders(&outputs, &film, &plan, &attributes)?,
+        true => Vec::new(),
+    };
     let encode = |rows: &Rows| images.iter().for_each(|image| image.encoder.encode(rows));
     let counts = timed(&mut seconds.trace, || {
         let frame = Frame { scene: &scene, accel: &accel, settings: &plan.settings };
         trace(&frame, &mut film, &encode, args.quiet, &interrupt)
     })?;
+    if plan.pads_crop {
+        film = film.padded();
+        images = output::encoders(&outputs, &film, &plan, &attributes)?;
+    }
+    if plan.exr.time {
+        images.iter_mut().for_each(|image| image.encoder.set_render_seconds(seconds.trace as f32));
+    }
 
     let write_started = Instant::now();
     let stats = || Stats {
