@@ -13,7 +13,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use flatray::accel::{Accel, AccelKind};
 use flatray::film::output::Format;
-use flatray::film::{Depth, Display, Encoder, Film, Picture, Region, Rows, ToneMap};
+use flatray::film::{Depth, Display, EncodeOptions, Encoder, Film, Picture, Region, Rows, ToneMap};
 use flatray::measure::generate::terrain;
 use flatray::render::{Aovs, Control, Counts, Rendered, Sampler, Settings, new_film, render, render_into};
 use flatray::scene::mesh;
@@ -82,7 +82,7 @@ fn trace(Scene { world, camera, accel }: &Scene, region: Region) -> Rendered {
 /// The bytes of a file whose film is finished.
 fn encode(format: Format, film: &Film) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    Encoder::new(format, film, &DISPLAY).unwrap().write(film, &mut out).unwrap();
+    Encoder::new(format, film, &EncodeOptions::of_display(DISPLAY)).unwrap().write(film, &mut out).unwrap();
     out.into_inner()
 }
 
@@ -90,7 +90,8 @@ fn encode(format: Format, film: &Film) -> Vec<u8> {
 fn trace_and_encode(Scene { world, camera, accel }: &Scene) -> ([Vec<u8>; 2], Counts) {
     let settings = settings(Region::whole(WIDTH_PX, HEIGHT_PX));
     let mut film = new_film(camera, &settings);
-    let encoders = [Format::Exr, Format::Png].map(|format| Encoder::new(format, &film, &DISPLAY).unwrap());
+    let encoders = [Format::Exr, Format::Png]
+        .map(|format| Encoder::new(format, &film, &EncodeOptions::of_display(DISPLAY)).unwrap());
     let finished = |rows: &Rows| encoders.iter().for_each(|encoder| encoder.encode(rows));
     let counts = render_into(world, accel, camera, &settings, &Control::default(), &mut film, &finished).unwrap();
     let files = encoders.each_ref().map(|encoder| {

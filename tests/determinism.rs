@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::film::output::Format;
-use flatray::film::{Display, Encoder, Film, Picture, Region, Rows};
+use flatray::film::{Display, EncodeOptions, Encoder, Film, Picture, Region, Rows};
 use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
 use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::simd::Isa;
@@ -117,13 +117,14 @@ fn files_encoded_while_the_frame_is_rendered_are_those_that_are_encoded_at_once(
     let region = Region { x0: 3, y0: 5, x1: 74, y1: 82 };
     let settings = Settings { samples: 1, region, ..jittered(&scene) };
     let display = Display::Picture(Picture { exposure_stops: 0.5, ..Picture::default() });
+    let options = EncodeOptions::of_display(display);
     let finished = shoot(&scene, &accel, &settings).film;
     for format in [Format::Exr, Format::Png, Format::Pfm] {
-        let expected = bytes(&Encoder::new(format, &finished, &display).unwrap(), &finished);
+        let expected = bytes(&Encoder::new(format, &finished, &options).unwrap(), &finished);
         for (threads, tile_size_px) in [(1, 7), (2, 8), (2, 32), (5, 48), (1, 1000)] {
             let settings = Settings { threads, tile_size_px, ..settings.clone() };
             let mut film = new_film(&scene.camera, &settings);
-            let encoder = Encoder::new(format, &film, &display).unwrap();
+            let encoder = Encoder::new(format, &film, &options).unwrap();
             let n_rows = AtomicUsize::new(0);
             let encode = |rows: &Rows| {
                 n_rows.fetch_add(rows.n_rows(), Ordering::Relaxed);

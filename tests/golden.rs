@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use flatray::film::exr::{self, ExrAttributes};
+use flatray::film::exr::{self, ExrAttributes, ExrOptions};
 use flatray::film::output::write_file;
 use flatray::film::{Display, Film, Picture, Plane, Samples, png};
 use flatray::measure::difference::compare;
@@ -47,7 +47,7 @@ fn is_blessing() -> bool {
 }
 
 fn write_exr(path: &Path, film: &Film) {
-    write_file(path, |out| exr::write(film, &ExrAttributes::default(), out)).unwrap();
+    write_file(path, |out| exr::write(film, &ExrOptions::FLOAT, &ExrAttributes::default(), out)).unwrap();
 }
 
 /// Planes by name: a file keeps them sorted.

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use flatray::film::exr::{self, ExrAttributes};
+use flatray::film::exr::{self, ExrAttributes, ExrOptions};
 use flatray::film::{Film, Plane, Region, Samples, output};
 
 /// Runs `readers.py`; `false` when the modules that it needs are missing.
@@ -63,7 +63,7 @@ fn an_independent_reader_finds_the_windows_attributes_and_samples_of_our_files()
         fs::write(directory.path().join(format!("{}.raw", plane.name)), bytes).unwrap();
     }
     let file = directory.path().join("ours.exr");
-    output::write_file(&file, |out| exr::write(&film, &ExrAttributes::default(), out)).unwrap();
+    output::write_file(&file, |out| exr::write(&film, &ExrOptions::default(), &ExrAttributes::default(), out)).unwrap();
     run_readers(&["check".as_ref(), file.as_ref(), directory.path().as_ref()]);
 }
 

@@ -7,7 +7,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::process::Command;
 
-use flatray::film::exr::{self, ExrAttributes};
+use flatray::film::exr::{self, ExrAttributes, ExrOptions};
 use flatray::film::png_chunk::{Transfer, write_chunk};
 use flatray::film::tone_map::{ToneMap, exposure_factor, quantize16, srgb_from_linear};
 use flatray::film::{Depth, Display, Film, Picture, Plane, Region, Samples, output, pfm, png, read_image};
@@ -73,7 +73,7 @@ fn ramp_film(width_px: u32, height_px: u32) -> Film {
 
 fn exr_bytes(film: &Film) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    exr::write(film, &ExrAttributes::default(), &mut out).unwrap();
+    exr::write(film, &ExrOptions::FLOAT, &ExrAttributes::default(), &mut out).unwrap();
     out.into_inner()
 }
 
@@ -142,7 +142,7 @@ fn films_that_break_their_promises_are_refused_and_not_written() {
     none.planes.clear();
     for film in [outside, short, twice, none] {
         let mut out = Cursor::new(Vec::new());
-        assert!(exr::write(&film, &ExrAttributes::default(), &mut out).is_err());
+        assert!(exr::write(&film, &ExrOptions::FLOAT, &ExrAttributes::default(), &mut out).is_err());
         assert!(png::write(&film, &Display::Course, &mut out).is_err());
         assert!(pfm::write(&film, &mut out).is_err());
     }
@@ -390,7 +390,8 @@ fn files_written_and_read_by_path_agree_whatever_their_format() {
     let directory = tempfile::tempdir().unwrap();
     let film = ramp_film(40, 30);
     let path = |name: &str| directory.path().join(name);
-    output::write_file(path("a.exr"), |out| exr::write(&film, &ExrAttributes::default(), out)).unwrap();
+    output::write_file(path("a.exr"), |out| exr::write(&film, &ExrOptions::FLOAT, &ExrAttributes::default(), out))
+        .unwrap();
     output::write_file(path("a.pfm"), |out| pfm::write(&film, out)).unwrap();
     output::write_file(path("a.png"), |out| png::write(&film, &Display::Course, out)).unwrap();
     // The content decides, not the name.

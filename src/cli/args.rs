@@ -6,6 +6,7 @@ use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
 use super::aov_args::AovArgs;
+use super::exr_args::ExrArgs;
 use super::failure::Failure;
 use super::picture_args::{PICTURE_OPTIONS, PictureArgs};
 use super::value;
@@ -127,6 +128,9 @@ pub struct RenderArgs {
     /// Write times, rays and memory as JSON
     #[arg(long, value_name = "FILE.json", help_heading = "Output")]
     pub stats: Option<PathBuf>,
+    /// EXR files and crops
+    #[command(flatten)]
+    pub exr: ExrArgs,
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,

@@ -2,19 +2,20 @@
 
 use std::fs;
 
+use super::output::Output;
+use super::plan::Plan;
 use super::quantity;
 use crate::accel::AccelKind;
 use crate::error::{Error, Place, Problem};
-use crate::render::Settings;
+use crate::film::exr::{ColorType, ExrOptions};
+use crate::film::output::Format;
+use crate::film::{Content, Film, Plane, Region, Samples};
+use crate::render::{self, Settings};
 use crate::scene::machine::kib_field;
-use crate::world::World;
+use crate::world::{Camera, World};
 
-/// Four planes of f32, or of f64 in the compatible mode.
-const FILM_BYTES_PER_PIXEL: u64 = 16;
-const COURSE_FILM_BYTES_PER_PIXEL: u64 = 32;
-
-/// What an EXR and a PNG hold of a pixel if nothing can be compressed: files are kept until the last pixel is known.
-const ENCODED_BYTES_PER_PIXEL: u64 = 16 + 4;
+/// What a PNG holds of a pixel if nothing can be compressed.
+const PNG_BYTES_PER_PIXEL: u64 = 4;
 
 /// What building the BVH wants at its peak for one primitive, with the finished tree: within a factor of two of all that
 /// was measured. Smooth meshes take 120 to 320, separate beams, of which no two can be clustered, 370, and a million
@@ -33,12 +34,21 @@ pub struct Need {
 }
 
 impl Need {
-    /// What a render of these settings wants.
-    pub fn of(world: &World, settings: &Settings, kind: AccelKind) -> Need {
-        let planes = if settings.course { COURSE_FILM_BYTES_PER_PIXEL } else { FILM_BYTES_PER_PIXEL };
-        let per_pixel = planes + ENCODED_BYTES_PER_PIXEL;
-        let n_pixels = u64::from(settings.region.width_px()) * u64::from(settings.region.height_px());
-        Need { film: n_pixels.saturating_mul(per_pixel), ..Need::of_structure(world, kind) }
+    /// What a render of this plan wants. Files are kept until the last pixel is known; a crop that is padded is held twice.
+    pub fn of(world: &World, camera: &Camera, plan: &Plan, outputs: &[Output]) -> Need {
+        let one_pixel = Settings { region: Region::whole(1, 1), ..plan.settings.clone() };
+        let film = render::new_film(camera, &one_pixel);
+        let planes = film_bytes_per_pixel(&film);
+        let files: u64 =
+            outputs.iter().map(|output| file_bytes_per_pixel(output.format, &film, plan.exr.options)).sum();
+        let n_pixels = |region: Region| u64::from(region.width_px()) * u64::from(region.height_px());
+        let (rendered, whole) =
+            (n_pixels(plan.settings.region), n_pixels(Region::whole(camera.width_px, camera.height_px)));
+        let bytes = match plan.pads_crop {
+            false => rendered.saturating_mul(planes + files),
+            true => (rendered + whole).saturating_mul(planes).saturating_add(whole.saturating_mul(files)),
+        };
+        Need { film: bytes, ..Need::of_structure(world, plan.accel) }
     }
 
     /// What the acceleration structure alone wants.
@@ -81,6 +91,29 @@ impl Need {
     }
 }
 
+/// What the planes of a film hold of a pixel.
+fn film_bytes_per_pixel(film: &Film) -> u64 {
+    let bytes = film.planes.iter().map(|plane| match plane.samples {
+        Samples::F32(_) | Samples::U32(_) => 4,
+        Samples::F64(_) => 8,
+    });
+    bytes.sum()
+}
+
+/// What a file of a film holds of a pixel if nothing can be compressed.
+fn file_bytes_per_pixel(format: Format, film: &Film, exr: ExrOptions) -> u64 {
+    let exr_bytes = |plane: &Plane| match (plane.content, exr.color) {
+        (Content::Color, ColorType::Half) => 2,
+        _ => 4,
+    };
+    match format {
+        Format::Exr => film.planes.iter().map(exr_bytes).sum(),
+        Format::Png => PNG_BYTES_PER_PIXEL,
+        // Written as it is made.
+        Format::Pfm => 0,
+    }
+}
+
 /// Bytes of all tables.
 pub fn table_bytes(world: &World) -> u64 {
     world.memory_bytes().iter().map(|&(_, bytes)| bytes as u64).sum()
@@ -100,6 +133,21 @@ pub fn peak_bytes() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pixel_takes_what_its_planes_and_files_hold() {
+        let color = |name| Plane::color(name, Samples::F32(vec![0.0]));
+        let planes = vec![
+            color("R"),
+            color("G"),
+            Plane::color("B", Samples::F64(vec![0.0])),
+            Plane::data("object.I", Samples::U32(vec![0])),
+        ];
+        let film = Film { width_px: 1, height_px: 1, data_window: Region::whole(1, 1), planes };
+        assert_eq!(film_bytes_per_pixel(&film), 20);
+        assert_eq!(file_bytes_per_pixel(Format::Exr, &film, ExrOptions::default()), 10);
+        assert_eq!(file_bytes_per_pixel(Format::Exr, &film, ExrOptions::FLOAT), 16);
+    }
 
     #[test]
     fn a_film_larger_than_memory_is_refused_and_one_that_fits_is_not() {

@@ -2,9 +2,9 @@
 //!
 //! | room | does |
 //! |---|---|
-//! | `args`, `aov_args`, `picture_args`, `value` | what may be said, and how it is read |
+//! | `args`, `aov_args`, `exr_args`, `picture_args`, `value` | what may be said, and how it is read |
 //! | `render`, `info`, `diff`, `tonemap`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
-//! | `plan`, `output` | what a render will do and write, settled before it starts |
+//! | `plan`, `output`, `exr_attributes` | what a render will do and write, settled before it starts |
 //! | `progress`, `stats`, `info_text`, `throughput_text`, `quantity` | what is shown |
 //! | `diagnostic`, `terminal` | how problems look, and where text goes |
 //! | `files` | where the library reads and writes files |
@@ -16,6 +16,8 @@ mod args;
 mod bench;
 mod diagnostic;
 mod diff;
+mod exr_args;
+mod exr_attributes;
 mod failure;
 mod files;
 mod info;

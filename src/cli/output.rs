@@ -9,8 +9,9 @@ use super::failure::Failure;
 use super::plan::Plan;
 use super::{files, terminal};
 use crate::error::Error;
+use crate::film::exr::ExrAttributes;
 use crate::film::output::Format;
-use crate::film::{Encoder, Film};
+use crate::film::{EncodeOptions, Encoder, Film};
 
 /// The stem of the files of the built-in scene.
 const BUILT_IN_STEM: &str = "flatray";
@@ -37,12 +38,19 @@ pub struct Image {
 ///
 /// # Errors
 /// An image that one of the formats cannot hold.
-pub fn encoders(outputs: Vec<Output>, film: &Film, plan: &Plan) -> Result<Vec<Image>, Error> {
-    let image = |Output { format, path }| match Encoder::new(format, film, &plan.display) {
-        Ok(encoder) => Ok(Image { encoder, path }),
-        Err(error) => Err(Error::io(&path, "write the file", &error)),
+pub fn encoders(
+    outputs: &[Output],
+    film: &Film,
+    plan: &Plan,
+    exr_attributes: &ExrAttributes,
+) -> Result<Vec<Image>, Error> {
+    let options =
+        EncodeOptions { display: plan.display, exr: plan.exr.options, exr_attributes: exr_attributes.clone() };
+    let image = |Output { format, path }: &Output| match Encoder::new(*format, film, &options) {
+        Ok(encoder) => Ok(Image { encoder, path: path.clone() }),
+        Err(error) => Err(Error::io(path, "write the file", &error)),
     };
-    outputs.into_iter().map(image).collect()
+    outputs.iter().map(image).collect()
 }
 
 /// Whether an EXR is among the images that the arguments ask for.

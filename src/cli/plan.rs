@@ -3,6 +3,7 @@
 use clap::error::ErrorKind;
 
 use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
+use super::exr_args::{CropOutputArg, ExrList};
 use super::failure::Failure;
 use super::{output, picture_args};
 use crate::accel::{AccelKind, Preset};
@@ -32,6 +33,10 @@ pub struct Plan {
     pub isa: Isa,
     /// What PNGs show.
     pub display: Display,
+    /// What EXR files are.
+    pub exr: ExrList,
+    /// Whether the files of a crop are padded to the whole image.
+    pub pads_crop: bool,
 }
 
 /// Finds options that contradict each other, before anything is loaded.
@@ -134,6 +139,8 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         preset: args.bvh.map_or_else(Preset::default, Preset::from),
         isa: isa(args)?,
         display: if course { Display::Course } else { Display::Picture(picture) },
+        exr: args.exr.exr.unwrap_or_default(),
+        pads_crop: args.exr.crop_output == Some(CropOutputArg::Full) && region != Region::whole(width_px, height_px),
     })
 }
 

@@ -15,7 +15,7 @@ use super::output::{self, Image};
 use super::plan;
 use super::progress::Progress;
 use super::stats::{MemoryBytes, Seconds, Stats};
-use super::{aov_args, diagnostic, terminal};
+use super::{aov_args, diagnostic, exr_attributes, terminal};
 use crate::accel::{Accel, AccelKind};
 use crate::error::{Error, Place};
 use crate::film::{Film, Rows};
@@ -52,7 +52,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if !args.quiet && !mattes.is_empty() {
         terminal::print_error(&diagnostic::warnings(&mattes, terminal::stderr_is_coloured()));
     }
-    let need = Need::of(&scene.world, &plan.settings, plan.accel);
+    let need = Need::of(&scene.world, &scene.camera, &plan, &outputs);
     need.check(machine::available_bytes())?;
 
     let accel = timed(&mut seconds.build, || pool.install(|| Accel::build_with(&scene.world, plan.accel, plan.preset)));
@@ -60,12 +60,24 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drop(pool);
     interrupt.check()?;
     let mut film = render::new_film(&scene.camera, &plan.settings);
-    let images = output::encoders(outputs, &film, &plan)?;
+    let mut attributes = exr_attributes::attributes_of(args.input.as_deref(), &scene.camera, &plan);
+    attributes.texts.extend(aov_args::attributes(&plan.settings.aovs, &scene.names));
+    let mut images = match plan.pads_crop {
+        false => output::encoders(&outputs, &film, &plan, &attributes)?,
+        true => Vec::new(),
+    };
     let encode = |rows: &Rows| images.iter().for_each(|image| image.encoder.encode(rows));
     let counts = timed(&mut seconds.trace, || {
         let frame = Frame { scene: &scene, accel: &accel, settings: &plan.settings };
         trace(&frame, &mut film, &encode, args.quiet, &interrupt)
     })?;
+    if plan.pads_crop {
+        film = film.padded();
+        images = output::encoders(&outputs, &film, &plan, &attributes)?;
+    }
+    if plan.exr.time {
+        images.iter_mut().for_each(|image| image.encoder.set_render_seconds(seconds.trace as f32));
+    }
 
     let write_started = Instant::now();
     let stats = || Stats {

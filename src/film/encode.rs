@@ -11,11 +11,29 @@ use super::{Display, Film, exr, pfm, png};
 #[derive(Debug)]
 pub enum Encoder {
     /// OpenEXR.
-    Exr(exr::Encoder),
+    Exr(Box<exr::Encoder>),
     /// PNG.
     Png(png::Encoder),
     /// Portable float map: nothing can be done beforehand.
     Pfm,
+}
+
+/// How the files of each format are made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EncodeOptions {
+    /// What a PNG shows.
+    pub display: Display,
+    /// What an EXR file is.
+    pub exr: exr::ExrOptions,
+    /// What its header says.
+    pub exr_attributes: exr::ExrAttributes,
+}
+
+impl EncodeOptions {
+    /// The defaults but for the display.
+    pub fn of_display(display: Display) -> EncodeOptions {
+        EncodeOptions { display, exr: exr::ExrOptions::default(), exr_attributes: exr::ExrAttributes::default() }
+    }
 }
 
 impl Encoder {
@@ -23,11 +41,20 @@ impl Encoder {
     ///
     /// # Errors
     /// A film that the format cannot hold.
-    pub fn new(format: Format, film: &Film, display: &Display) -> io::Result<Encoder> {
+    pub fn new(format: Format, film: &Film, options: &EncodeOptions) -> io::Result<Encoder> {
+        let EncodeOptions { display, exr, exr_attributes } = options;
         match format {
-            Format::Exr => exr::Encoder::new(film, &exr::ExrAttributes::default()).map(Encoder::Exr),
+            Format::Exr => exr::Encoder::new(film, exr, exr_attributes).map(Box::new).map(Encoder::Exr),
             Format::Png => png::Encoder::new(film, display).map(Encoder::Png),
             Format::Pfm => Ok(Encoder::Pfm),
+        }
+    }
+
+    /// Sets what only the end of a render tells, where the format has a place for it.
+    pub fn set_render_seconds(&mut self, seconds: f32) {
+        match self {
+            Encoder::Exr(encoder) => encoder.set_render_seconds(seconds),
+            Encoder::Png(_) | Encoder::Pfm => {}
         }
     }
 

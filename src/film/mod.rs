@@ -31,7 +31,7 @@ pub mod tone_map;
 mod zip;
 
 pub use display::{Depth, Display, Picture};
-pub use encode::Encoder;
+pub use encode::{EncodeOptions, Encoder};
 pub use read::{ImageFile, read_image};
 pub use region::Region;
 pub use rows::Rows;
@@ -126,6 +126,31 @@ impl Film {
             }
             None => Ok(()),
         }
+    }
+
+    /// The film with a data window that is its whole display window, zeros around what it held.
+    pub fn padded(&self) -> Film {
+        let whole = Region::whole(self.width_px, self.height_px);
+        let planes = self.planes.iter().map(|Plane { name, content, samples }| {
+            let samples = match samples {
+                Samples::F32(values) => Samples::F32(self.padded_values(values)),
+                Samples::F64(values) => Samples::F64(self.padded_values(values)),
+                Samples::U32(values) => Samples::U32(self.padded_values(values)),
+            };
+            Plane { name: name.clone(), content: *content, samples }
+        });
+        Film { width_px: self.width_px, height_px: self.height_px, data_window: whole, planes: planes.collect() }
+    }
+
+    fn padded_values<T: Copy + Default>(&self, values: &[T]) -> Vec<T> {
+        let whole = Region::whole(self.width_px, self.height_px);
+        let mut padded = vec![T::default(); whole.n_pixels()];
+        let width = self.data_window.width_px() as usize;
+        for (row, y) in values.chunks_exact(width).zip(self.data_window.y0..) {
+            let start = whole.index_of(self.data_window.x0, y);
+            padded[start..start + width].copy_from_slice(row);
+        }
+        padded
     }
 
     /// Pixels in the data window.

@@ -99,7 +99,8 @@ impl<'a> Rows<'a> {
 }
 
 impl<'a> RowSamples<'a> {
-    fn slice(self, range: Range<usize>) -> RowSamples<'a> {
+    /// A part of the values, by index.
+    pub fn slice(self, range: Range<usize>) -> RowSamples<'a> {
         match self {
             RowSamples::F32(values) => RowSamples::F32(&values[range]),
             RowSamples::F64(values) => RowSamples::F64(&values[range]),

@@ -1,190 +1,20 @@
-//! OpenEXR: the scene-linear image, written and read. The only file that uses the `exr` crate.
-//!
-//! Written files have one part of scan lines in increasing order, compressed losslessly (ZIP, 16 lines at a time), with
-//! 32-bit float channels (32-bit unsigned for ids) sorted by name, a display window that is the whole image and a data
-//! window that is the part the film holds.
+//! A film from a file.
 
 use std::collections::HashSet;
-use std::io::{self, Cursor, Seek, Write};
+use std::io::Cursor;
 use std::path::Path;
-use std::sync::OnceLock;
 
-use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use ::exr::block::reader::ChunksReader;
-use ::exr::block::writer::ChunksWriter;
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::math::Vec2;
 use ::exr::meta::BlockDescription;
-use ::exr::meta::attribute::{
-    ChannelDescription, Chromaticities, Compression, IntegerBounds, LineOrder, SampleType, Text,
-};
-use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
-use ::exr::prelude::{SmallVec, f16};
-use rayon::prelude::*;
+use ::exr::meta::attribute::{Compression, SampleType};
+use ::exr::meta::header::Header;
+use ::exr::prelude::f16;
 
 use crate::error::{Error, Place, Problem};
 use crate::film::read::{filled, read_bytes};
-use crate::film::rows::{BAND_ROWS, RowSamples, Rows};
-use crate::film::{Content, Film, Plane, Region, Samples, zip};
-
-/// The first bytes of every EXR file.
-pub const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-
-/// What a header says beside the windows and channels.
-///
-/// Only attributes that the `exr` crate keeps in typed fields belong here: those are written in a fixed order, while its
-/// free-form attributes live in a `HashMap` and come out in another order in every process.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExrAttributes {
-    /// The `software` attribute: the program and its version.
-    pub software: String,
-}
-
-impl Default for ExrAttributes {
-    fn default() -> ExrAttributes {
-        ExrAttributes { software: concat!("flatray ", env!("CARGO_PKG_VERSION")).to_string() }
-    }
-}
-
-/// A film on its way into a file: its bands are compressed as they come, in any order, by any thread.
-#[derive(Debug)]
-pub struct Encoder {
-    header: Box<Header>,
-    /// For each channel of the file its plane of the film.
-    planes: Vec<usize>,
-    blocks: Vec<OnceLock<Vec<u8>>>,
-}
-
-impl Encoder {
-    /// An encoder for films of this one's outline; its samples are not looked at.
-    ///
-    /// # Errors
-    /// `InvalidInput` when the film breaks its own promises ([`Film::check`]) or has planes that a file cannot hold (none,
-    /// two of one name, a name that is empty or longer than 255 bytes).
-    pub fn new(film: &Film, attributes: &ExrAttributes) -> io::Result<Encoder> {
-        film.check().map_err(invalid_input)?;
-        let mut planes: Vec<usize> = (0..film.planes.len()).collect();
-        planes.sort_by(|&a, &b| film.planes[a].name.as_bytes().cmp(film.planes[b].name.as_bytes()));
-        let header = header_of(film, &planes, attributes)?;
-        header.validate(false, &mut false, true).map_err(io_error)?;
-        let n_blocks = header.chunk_count;
-        Ok(Encoder { header: Box::new(header), planes, blocks: (0..n_blocks).map(|_| OnceLock::new()).collect() })
-    }
-
-    /// Compresses rows that are finished. They begin where a band does and end where one does, or with the film.
-    pub fn encode(&self, rows: &Rows) {
-        for (band, rows) in rows.bands() {
-            self.block(band, &rows);
-        }
-    }
-
-    fn block(&self, band: usize, rows: &Rows) -> &[u8] {
-        self.blocks[band].get_or_init(|| zip::compress(&self.samples_of(rows)))
-    }
-
-    /// The samples of a band as they stand in a file: line by line and in each line channel by channel.
-    fn samples_of(&self, rows: &Rows) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(rows.n_rows() * rows.width_px * self.planes.len() * 4);
-        for row in 0..rows.n_rows() {
-            let range = row * rows.width_px..(row + 1) * rows.width_px;
-            for &plane in &self.planes {
-                match rows.planes[plane] {
-                    RowSamples::F32(values) => bytes.extend(values[range.clone()].iter().flat_map(|v| v.to_le_bytes())),
-                    RowSamples::F64(values) => {
-                        bytes.extend(values[range.clone()].iter().flat_map(|&v| (v as f32).to_le_bytes()));
-                    }
-                    RowSamples::U32(values) => bytes.extend(values[range.clone()].iter().flat_map(|v| v.to_le_bytes())),
-                }
-            }
-        }
-        bytes
-    }
-
-    /// Writes the file; bands that [`Encoder::encode`] has not seen are compressed now. F64 planes are rounded to the nearest
-    /// 32-bit float (beyond its range: to infinity); everything else is kept bit for bit, infinities, NaN and −0 included.
-    /// The same film gives the same bytes.
-    ///
-    /// # Errors
-    /// What `out` answers.
-    pub fn write(&self, film: &Film, out: &mut (impl Write + Seek + ?Sized)) -> io::Result<()> {
-        (0..self.blocks.len()).into_par_iter().for_each(|band| {
-            self.block(band, &film.rows(band * BAND_ROWS, BAND_ROWS));
-        });
-        let headers = std::iter::once(Header::clone(&self.header)).collect();
-        let top = self.header.own_attributes.layer_position.y();
-        ::exr::block::write(&mut *out, headers, true, |_, writer| {
-            for (band, block) in self.blocks.iter().enumerate() {
-                let compressed_pixels_le = block.get().cloned().unwrap_or_default();
-                // It fits: the header has been checked.
-                let y_coordinate = top + (band * BAND_ROWS) as i32;
-                let block = CompressedScanLineBlock { y_coordinate, compressed_pixels_le };
-                let compressed_block = CompressedBlock::ScanLine(block);
-                writer.write_chunk(band, Chunk { layer_index: 0, compressed_block })?;
-            }
-            Ok(())
-        })
-        .map_err(io_error)
-    }
-}
-
-/// Writes a film, as [`Encoder::write`].
-///
-/// # Errors
-/// As [`Encoder::new`], and what `out` answers.
-pub fn write(film: &Film, attributes: &ExrAttributes, out: &mut (impl Write + Seek + ?Sized)) -> io::Result<()> {
-    Encoder::new(film, attributes)?.write(film, out)
-}
-
-fn io_error(error: ::exr::error::Error) -> io::Error {
-    match error {
-        ::exr::error::Error::Io(error) => error,
-        other => invalid_input(other.to_string()),
-    }
-}
-
-fn invalid_input(what: impl Into<String>) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidInput, what.into())
-}
-
-fn header_of(film: &Film, planes: &[usize], attributes: &ExrAttributes) -> io::Result<Header> {
-    let text = |value: &str| {
-        Text::new_or_none(value).ok_or_else(|| invalid_input(format!("{value:?} cannot be written to an EXR file")))
-    };
-    let too_large = |_| invalid_input("the image is larger than an EXR file can say");
-    let mut channels = SmallVec::new();
-    for &plane in planes {
-        let plane = &film.planes[plane];
-        let sample_type = match plane.samples {
-            Samples::F32(_) | Samples::F64(_) => SampleType::F32,
-            Samples::U32(_) => SampleType::U32,
-        };
-        channels.push(ChannelDescription::new(text(&plane.name)?, sample_type, false));
-    }
-    let window = film.data_window;
-    let data_size = Vec2(window.width_px() as usize, window.height_px() as usize);
-    let position = Vec2(i32::try_from(window.x0).map_err(too_large)?, i32::try_from(window.y0).map_err(too_large)?);
-    let display = IntegerBounds::from_dimensions(Vec2(film.width_px as usize, film.height_px as usize));
-    let shared = ImageAttributes { chromaticities: Some(rec709()), pixel_aspect: 1.0, ..ImageAttributes::new(display) };
-    let own = LayerAttributes {
-        layer_position: position,
-        software_name: Some(text(&attributes.software)?),
-        ..LayerAttributes::default()
-    };
-    Ok(Header::new(Text::default(), data_size, channels)
-        .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
-        .with_attributes(own)
-        .with_shared_attributes(shared))
-}
-
-/// Primaries and white point of Rec. ITU-R BT.709-6, table 1, item 1.3 and 1.4 (D65); sRGB has the same.
-fn rec709() -> Chromaticities {
-    Chromaticities {
-        red: Vec2(0.64, 0.33),
-        green: Vec2(0.30, 0.60),
-        blue: Vec2(0.15, 0.06),
-        white: Vec2(0.3127, 0.3290),
-    }
-}
+use crate::film::{Content, Film, Plane, Region, Samples};
 
 /// Reads an EXR file: the first part that has `R`, `G`, `B` or `Y`, at full resolution, with all its channels.
 ///
