@@ -101,6 +101,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Compare two images
     Diff(DiffArgs),
+    /// Join crops of one frame
+    Merge(super::merge::MergeArgs),
     /// Test the kernels against exact arithmetic
     Stress(super::stress::Args),
     /// Measure speed

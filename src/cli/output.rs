@@ -103,8 +103,11 @@ fn stem_of(input: &Path) -> String {
     unpacked.file_stem().map_or_else(|| BUILT_IN_STEM.into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// What two spellings of one path have in common: the real directory, and the name in it.
-fn identity(path: &Path) -> PathBuf {
+/// What two spellings of one path have in common: the real file; where there is none, the real directory and the name in it.
+pub fn identity(path: &Path) -> PathBuf {
+    if let Ok(real) = path.canonicalize() {
+        return real;
+    }
     let parent = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
