@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use film_kit::{all_options, layered_film, whole_film};
+use film_kit::{all_options, layered_film};
 use flatray::film::exr::merge::merge;
 use flatray::film::exr::{self, ColorType, ExrAttributes, ExrOptions, ExrParts};
 use flatray::film::rows::BAND_ROWS;
@@ -14,6 +14,10 @@ use flatray::film::{Content, Film, Region, Samples};
 use half::f16;
 
 const NAME: &str = "in memory";
+
+fn whole_film() -> Film {
+    layered_film(Region::whole(150, 100))
+}
 
 fn bytes_of(film: &Film, options: &ExrOptions, attributes: &ExrAttributes) -> Vec<u8> {
     let mut bytes = Vec::new();

@@ -34,16 +34,43 @@ pub struct Image {
     pub path: PathBuf,
 }
 
-/// Encoders for the outputs of a film that is still to be rendered.
+/// Encoders for the outputs of a film that is still to be rendered, which take its rows as they are finished. None for a crop
+/// that is padded in the end: its rows are not those of the files.
 ///
 /// # Errors
 /// An image that one of the formats cannot hold.
-pub fn encoders(
+pub fn early_encoders(
     outputs: &[Output],
     film: &Film,
     plan: &Plan,
     exr_attributes: &ExrAttributes,
 ) -> Result<Vec<Image>, Error> {
+    if plan.pads_crop { Ok(Vec::new()) } else { encoders(outputs, film, plan, exr_attributes) }
+}
+
+/// Adds what only the end of a render brings: zeros around a crop that is padded, and the time if it is asked for.
+///
+/// # Errors
+/// As [`early_encoders`].
+pub fn complete(
+    outputs: &[Output],
+    film: &mut Film,
+    plan: &Plan,
+    exr_attributes: &ExrAttributes,
+    images: &mut Vec<Image>,
+    trace_seconds: f64,
+) -> Result<(), Error> {
+    if plan.pads_crop {
+        *film = film.padded();
+        *images = encoders(outputs, film, plan, exr_attributes)?;
+    }
+    if plan.exr.time {
+        images.iter_mut().for_each(|image| image.encoder.set_render_seconds(trace_seconds as f32));
+    }
+    Ok(())
+}
+
+fn encoders(outputs: &[Output], film: &Film, plan: &Plan, exr_attributes: &ExrAttributes) -> Result<Vec<Image>, Error> {
     let display =
         if plan.settings.course { Display::Course } else { Display::ToneMapped { exposure_stops: plan.exposure_ev } };
     let options = EncodeOptions { display, exr: plan.exr.options, exr_attributes: exr_attributes.clone() };

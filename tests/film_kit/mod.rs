@@ -43,11 +43,6 @@ pub fn layered_film(data_window: Region) -> Film {
     Film { width_px: 150, height_px: 100, data_window, planes }
 }
 
-/// The whole film.
-pub fn whole_film() -> Film {
-    layered_film(Region::whole(150, 100))
-}
-
 /// Everything that an EXR file may be, with a name.
 pub fn all_options() -> Vec<(String, ExrOptions)> {
     use ExrCompression::{None, Piz, Rle, Zip, Zips};
