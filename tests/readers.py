@@ -1,16 +1,25 @@
-"""EXR files as an independent library sees them: the `OpenEXR` module of PyPI, the C++ library's own binding.
+"""EXR files as independent libraries see them: the `OpenEXR` module of PyPI, which is the C++ library's own binding, and
+`OpenImageIO`, which has readers and attributes of its own.
 
-Run by tests/readers.rs:
-    readers.py probe               exit code 77 when the modules are missing
-    readers.py check FILE FOLDER   compare a file that flatray wrote with raw planes in FOLDER
-    readers.py make FOLDER         write files for flatray to read
+Run by tests/readers.rs; the exit code is 77 when the modules are missing:
+    readers.py check FILE FOLDER     compare a file that flatray wrote with raw planes in FOLDER
+    readers.py layouts FOLDER        compare files of every kind with raw planes in FOLDER/half and FOLDER/float
+    readers.py layouts_oiio FOLDER   the same with OpenImageIO
+    readers.py same_oiio A B         whether two images have the same pixels in the same windows
+    readers.py make FOLDER           write files for flatray to read
 """
 
 import sys
 
+import glob
+import os
+
 try:
     import numpy as np
-    import OpenEXR
+    if "oiio" in "".join(sys.argv[1:2]):
+        import OpenImageIO as oiio
+    else:
+        import OpenEXR
 except ImportError as error:
     print(error)
     sys.exit(77)
@@ -45,6 +54,92 @@ def check(path, folder):
         expected = np.fromfile(f"{folder}/{name}.raw", dtype="<u4")
         found = np.ascontiguousarray(channel.pixels).view(np.uint32).ravel()
         assert (found == expected).all(), f"channel {name} differs"
+
+
+WINDOW = (7, 5, 139, 95)
+SHAPE = (91, 133)
+COLOR = ["A", "B", "G", "R", "diffuse.B", "diffuse.G", "diffuse.R"]
+CHANNELS = sorted(COLOR + ["Z", "object.I", "CryptoObject00.R", "CryptoObject01.R"])
+PARTS = {
+    "rgba": ["A", "B", "G", "R"],
+    "diffuse": ["diffuse.B", "diffuse.G", "diffuse.R"],
+    "Z": ["Z"],
+    "object": ["object.I"],
+    "CryptoObject": ["CryptoObject00.R", "CryptoObject01.R"],
+}
+
+
+def kinds(folder):
+    """Files with what their names say: compression, layout, color, parts."""
+    paths = sorted(glob.glob(f"{folder}/*.exr"))
+    assert len(paths) == 40, len(paths)
+    for path in paths:
+        yield path, *os.path.basename(path)[:-4].split("_")
+
+
+def assert_same(path, folder, color, name, pixels):
+    is_half = color == "half" and name in COLOR
+    dtype = np.uint32 if name == "object.I" else np.float16 if is_half else np.float32
+    assert pixels.dtype == dtype, (path, name, pixels.dtype)
+    assert pixels.shape == SHAPE, (path, name, pixels.shape)
+    bits = np.uint16 if is_half else np.uint32
+    found = np.ascontiguousarray(pixels).view(bits).ravel()
+    expected = np.fromfile(f"{folder}/{color}/{name}.raw", dtype=bits)
+    n = (found != expected).sum()
+    assert n == 0, f"{path}: channel {name} differs in {n} pixels"
+
+
+def layouts(folder):
+    for path, compression, layout, color, parts in kinds(folder):
+        file = OpenEXR.File(path, separate_channels=True)
+        expected = PARTS if parts == "multi" else {None: CHANNELS}
+        assert len(file.parts) == len(expected), path
+        for index, (part_name, names) in enumerate(expected.items()):
+            header = file.header(index)
+            if part_name:
+                assert header["name"] == part_name, (path, header["name"])
+            assert header["type"] == (OpenEXR.tiledimage if layout == "tiles" else OpenEXR.scanlineimage), path
+            method = {"none": "NO"}.get(compression, compression.upper())
+            assert header["compression"] == getattr(OpenEXR, f"{method}_COMPRESSION"), path
+            assert header["lineOrder"] == OpenEXR.INCREASING_Y
+            window = [int(v) for corner in header["dataWindow"] for v in corner]
+            assert tuple(window) == WINDOW, (path, window)
+            is_data = part_name and part_name not in ("rgba", "diffuse")
+            assert header["colorInteropID"] == ("data" if is_data else "lin_rec709_scene"), path
+            assert header["flatray/number"] == 7 and header["a text of more than thirty-one bytes"] == "равнина"
+            assert (header["worldToNDC"] == np.arange(16, dtype="float32").reshape(4, 4)).all()
+            channels = file.channels(index)
+            assert list(channels) == names, (path, list(channels))
+            for name, channel in channels.items():
+                assert_same(path, folder, color, name, channel.pixels)
+
+
+def layouts_oiio(folder):
+    for path, _compression, layout, color, parts in kinds(folder):
+        file = oiio.ImageInput.open(path)
+        assert file, oiio.geterror()
+        expected = list(PARTS.values()) if parts == "multi" else [CHANNELS]
+        for index, names in enumerate(expected):
+            assert file.seek_subimage(index, 0), path
+            spec = file.spec()
+            assert (spec.x, spec.y, spec.x + spec.width - 1, spec.y + spec.height - 1) == WINDOW, path
+            assert (spec.full_width, spec.full_height) == (150, 100), path
+            assert spec.tile_width == (64 if layout == "tiles" else 0), path
+            assert spec.getattribute("flatray/number") == 7, path
+            assert sorted(spec.channelnames) == names, (path, spec.channelnames)
+            for at, name in enumerate(spec.channelnames):
+                pixels = file.read_image(index, 0, at, at + 1, spec.channelformat(at))
+                assert pixels is not None, (path, file.geterror())
+                assert_same(path, folder, color, name, pixels[:, :, 0])
+        assert not file.seek_subimage(len(expected), 0), path
+
+
+def same_oiio(a, b):
+    a, b = [oiio.ImageBuf(path) for path in (a, b)]
+    assert a.roi == b.roi and a.roi_full == b.roi_full, (a.roi, b.roi)
+    assert a.spec().channelnames == b.spec().channelnames
+    a, b = [image.get_pixels(oiio.HALF).view(np.uint16) for image in (a, b)]
+    assert (a == b).all(), f"{(a != b).sum()} values differ"
 
 
 def make(folder):
@@ -84,7 +179,5 @@ def make(folder):
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["check"]:
-        check(*sys.argv[2:])
-    elif sys.argv[1:2] == ["make"]:
-        make(*sys.argv[2:])
+    commands = {run.__name__: run for run in [check, layouts, layouts_oiio, same_oiio, make]}
+    commands[sys.argv[1]](*sys.argv[2:])

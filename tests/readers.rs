@@ -1,17 +1,24 @@
-//! EXR files against an independent library, the `OpenEXR` module of PyPI, in both directions; see `readers.py`.
+//! EXR files against independent libraries, the modules `OpenEXR` and `OpenImageIO` of PyPI, and programs that come with them;
+//! see `readers.py`.
 //!
-//! Needs `python3` with the packages OpenEXR and numpy; skipped, saying so, where they are absent.
+//! Needs `python3` with the packages OpenEXR, OpenImageIO and numpy, `oiiotool` of the second, and Debian's `exrinfo`; each test is
+//! skipped, saying so, where what it needs is absent.
 
 // A skipped test says so.
 #![allow(clippy::print_stderr)]
+
+mod film_kit;
 
 use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use film_kit::{all_options, layered_film};
+
 use flatray::film::exr::{self, ExrAttributes, ExrOptions};
-use flatray::film::{Film, Plane, Region, Samples, output};
+use flatray::film::{Content, Film, Plane, Region, Samples, output};
+use half::f16;
 
 /// Runs `readers.py`; `false` when the modules that it needs are missing.
 fn run_readers(arguments: &[&OsStr]) -> bool {
@@ -24,7 +31,7 @@ fn run_readers(arguments: &[&OsStr]) -> bool {
     match output.status.code() {
         Some(0) => true,
         Some(77) => {
-            eprintln!("SKIPPED: this test needs the PyPI packages OpenEXR and numpy");
+            eprintln!("SKIPPED: this test needs PyPI packages: {}", String::from_utf8_lossy(&output.stdout).trim());
             false
         }
         _ => panic!("readers.py {arguments:?} failed:\n{text}"),
@@ -118,4 +125,90 @@ fn files_of_an_independent_writer_are_read_or_refused_rightly() {
         }
     }
     assert_eq!(n_read, 16);
+}
+
+/// Files of every kind in a folder, and what is in them: `half/R.raw`, `float/R.raw` and so on.
+fn write_layouts(folder: &Path) {
+    let film = layered_film(Region { x0: 7, y0: 5, x1: 140, y1: 96 });
+    for plane in &film.planes {
+        let floats = match &plane.samples {
+            Samples::F32(values) => values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>(),
+            Samples::U32(values) => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+            Samples::F64(_) => unreachable!(),
+        };
+        let halves = match &plane.samples {
+            Samples::F32(values) if plane.content == Content::Color => {
+                let in_range = values.iter().map(|v| if v.is_finite() { v.clamp(-65504.0, 65504.0) } else { *v });
+                in_range.flat_map(|value| f16::from_f32(value).to_le_bytes()).collect()
+            }
+            _ => floats.clone(),
+        };
+        for (color, bytes) in [("float", floats), ("half", halves)] {
+            fs::create_dir_all(folder.join(color)).unwrap();
+            fs::write(folder.join(color).join(format!("{}.raw", plane.name)), bytes).unwrap();
+        }
+    }
+    let attributes = ExrAttributes {
+        world_to_ndc: Some(std::array::from_fn(|at| at as f32)),
+        numbers: vec![("flatray/number".to_string(), 7)],
+        texts: vec![("a text of more than thirty-one bytes".to_string(), "равнина".to_string())],
+        ..ExrAttributes::default()
+    };
+    for (name, options) in all_options() {
+        let path = folder.join(format!("{name}.exr"));
+        output::write_file(&path, |out| exr::write(&film, &options, &attributes, out)).unwrap();
+    }
+}
+
+#[test]
+fn openexr_finds_every_bit_of_every_kind_of_file() {
+    let directory = tempfile::tempdir().unwrap();
+    write_layouts(directory.path());
+    run_readers(&["layouts".as_ref(), directory.path().as_ref()]);
+}
+
+#[test]
+fn openimageio_finds_every_bit_of_every_kind_of_file() {
+    let directory = tempfile::tempdir().unwrap();
+    write_layouts(directory.path());
+    run_readers(&["layouts_oiio".as_ref(), directory.path().as_ref()]);
+}
+
+#[test]
+fn exrinfo_finds_nothing_wrong_with_any_kind_of_file() {
+    if Command::new("exrinfo").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: this test needs exrinfo, of Debian's package openexr");
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    write_layouts(directory.path());
+    for (name, _) in all_options() {
+        let path = directory.path().join(format!("{name}.exr"));
+        let output = Command::new("exrinfo").arg("-s").arg(&path).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && text.is_empty(), "{name}: {text}");
+    }
+}
+
+#[test]
+fn oiiotool_joins_crops_to_the_pixels_that_we_join_them_to() {
+    if Command::new("oiiotool").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: this test needs oiiotool, of the PyPI package OpenImageIO");
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let folder = directory.path();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass.toml");
+    let flatray = |arguments: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flatray"));
+        assert!(command.args(arguments.split(' ')).current_dir(folder).status().unwrap().success(), "{arguments}");
+    };
+    for (index, crop) in ["0,0,53,40", "53,0,90,41", "0,40,53,41", "0,41,90,70"].into_iter().enumerate() {
+        let render = format!("render {} --width 90 --height 70 --samples 4 -q", scene.display());
+        flatray(&format!("{render} --crop {crop} -o {index}.exr"));
+    }
+    flatray("merge -q ours.exr 0.exr 1.exr 2.exr 3.exr");
+    let join = "0.exr 1.exr 2.exr 3.exr --paste:all=1:mergeroi=1 - -o theirs.exr";
+    assert!(Command::new("oiiotool").args(join.split(' ')).current_dir(folder).status().unwrap().success());
+    run_readers(&["same_oiio".as_ref(), folder.join("ours.exr").as_ref(), folder.join("theirs.exr").as_ref()]);
 }

@@ -106,6 +106,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Make the PNG of a scene-linear image
     Tonemap(super::tonemap::TonemapArgs),
+    /// Join crops of one frame
+    Merge(super::merge::MergeArgs),
     /// Test the kernels against exact arithmetic
     Stress(super::stress::Args),
     /// Measure speed

@@ -3,7 +3,7 @@
 //! | room | does |
 //! |---|---|
 //! | `args`, `aov_args`, `exr_args`, `picture_args`, `value` | what may be said, and how it is read |
-//! | `render`, `info`, `diff`, `tonemap`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
+//! | `render`, `info`, `diff`, `tonemap`, `merge`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
 //! | `plan`, `output`, `exr_attributes` | what a render will do and write, settled before it starts |
 //! | `progress`, `stats`, `info_text`, `throughput_text`, `quantity` | what is shown |
 //! | `diagnostic`, `terminal` | how problems look, and where text goes |
@@ -24,6 +24,7 @@ mod info;
 mod info_text;
 mod interrupt;
 mod memory;
+mod merge;
 mod output;
 mod picture_args;
 mod plan;
@@ -54,6 +55,7 @@ pub fn main() -> ExitCode {
         Ok(Cli { command: Some(Command::Info(args)) }) => (info::run(&args), "nothing to tell"),
         Ok(Cli { command: Some(Command::Diff(args)) }) => (diff::run(&args), "nothing was compared"),
         Ok(Cli { command: Some(Command::Tonemap(args)) }) => (tonemap::run(&args), "nothing was written"),
+        Ok(Cli { command: Some(Command::Merge(args)) }) => (merge::run(&args), "nothing was written"),
         Ok(Cli { command: Some(Command::Stress(args)) }) => (stress::run(&args), "nothing was tested"),
         Ok(Cli { command: Some(Command::Bench(args)) }) => (bench::run(&args), "nothing was measured"),
     };

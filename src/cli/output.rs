@@ -34,16 +34,43 @@ pub struct Image {
     pub path: PathBuf,
 }
 
-/// Encoders for the outputs of a film that is still to be rendered.
+/// Encoders for the outputs of a film that is still to be rendered, which take its rows as they are finished. None for a crop
+/// that is padded in the end: its rows are not those of the files.
 ///
 /// # Errors
 /// An image that one of the formats cannot hold.
-pub fn encoders(
+pub fn early_encoders(
     outputs: &[Output],
     film: &Film,
     plan: &Plan,
     exr_attributes: &ExrAttributes,
 ) -> Result<Vec<Image>, Error> {
+    if plan.pads_crop { Ok(Vec::new()) } else { encoders(outputs, film, plan, exr_attributes) }
+}
+
+/// Adds what only the end of a render brings: zeros around a crop that is padded, and the time if it is asked for.
+///
+/// # Errors
+/// As [`early_encoders`].
+pub fn complete(
+    outputs: &[Output],
+    film: &mut Film,
+    plan: &Plan,
+    exr_attributes: &ExrAttributes,
+    images: &mut Vec<Image>,
+    trace_seconds: f64,
+) -> Result<(), Error> {
+    if plan.pads_crop {
+        *film = film.padded();
+        *images = encoders(outputs, film, plan, exr_attributes)?;
+    }
+    if plan.exr.time {
+        images.iter_mut().for_each(|image| image.encoder.set_render_seconds(trace_seconds as f32));
+    }
+    Ok(())
+}
+
+fn encoders(outputs: &[Output], film: &Film, plan: &Plan, exr_attributes: &ExrAttributes) -> Result<Vec<Image>, Error> {
     let options =
         EncodeOptions { display: plan.display, exr: plan.exr.options, exr_attributes: exr_attributes.clone() };
     let image = |Output { format, path }: &Output| match Encoder::new(*format, film, &options) {
@@ -109,12 +136,14 @@ fn stem_of(input: &Path) -> String {
 
 /// Whether two paths name one file, by whatever spelling or link.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
-    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| identity(path));
-    identity(a) == identity(b) || real(a) == real(b)
+    identity(a) == identity(b)
 }
 
-/// What two spellings of one path have in common: the real directory, and the name in it.
-fn identity(path: &Path) -> PathBuf {
+/// What two spellings of one path have in common: the real file; where there is none, the real directory and the name in it.
+pub fn identity(path: &Path) -> PathBuf {
+    if let Ok(real) = path.canonicalize() {
+        return real;
+    }
     let parent = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),

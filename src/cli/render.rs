@@ -62,22 +62,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut film = render::new_film(&scene.camera, &plan.settings);
     let mut attributes = exr_attributes::attributes_of(args.input.as_deref(), &scene.camera, &plan);
     attributes.texts.extend(aov_args::attributes(&plan.settings.aovs, &scene.names));
-    let mut images = match plan.pads_crop {
-        false => output::encoders(&outputs, &film, &plan, &attributes)?,
-        true => Vec::new(),
-    };
+    let mut images = output::early_encoders(&outputs, &film, &plan, &attributes)?;
     let encode = |rows: &Rows| images.iter().for_each(|image| image.encoder.encode(rows));
     let counts = timed(&mut seconds.trace, || {
         let frame = Frame { scene: &scene, accel: &accel, settings: &plan.settings };
         trace(&frame, &mut film, &encode, args.quiet, &interrupt)
     })?;
-    if plan.pads_crop {
-        film = film.padded();
-        images = output::encoders(&outputs, &film, &plan, &attributes)?;
-    }
-    if plan.exr.time {
-        images.iter_mut().for_each(|image| image.encoder.set_render_seconds(seconds.trace as f32));
-    }
+    output::complete(&outputs, &mut film, &plan, &attributes, &mut images, seconds.trace)?;
 
     let write_started = Instant::now();
     let stats = || Stats {

@@ -134,7 +134,7 @@ pub(super) fn write_file<'a>(
 
 /// What a block says of its place: the part if there are several; the first line, or the column and row of the tile and
 /// the level of its resolution.
-fn place(header: &Header, part: usize, block: usize, is_multi_part: bool) -> Vec<u8> {
+pub(super) fn place(header: &Header, part: usize, block: usize, is_multi_part: bool) -> Vec<u8> {
     let grid = Grid::of(header);
     let mut numbers = Vec::with_capacity(5);
     // All fit: the header has been checked.

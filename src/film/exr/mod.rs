@@ -19,15 +19,15 @@
 
 mod attributes;
 mod block;
-//mod chunk;
+mod chunk;
 mod encoder;
 mod header;
-//pub mod merge;
+pub mod merge;
 mod options;
 mod part;
 mod read;
 mod sample;
-//mod stored;
+mod stored;
 
 use std::io;
 

@@ -1,17 +1,14 @@
 //! A film from a file.
 
-use std::collections::HashSet;
-use std::io::Cursor;
 use std::path::Path;
 
-use ::exr::block::reader::ChunksReader;
-use ::exr::block::{BlockIndex, UncompressedBlock};
+use ::exr::block::UncompressedBlock;
 use ::exr::math::Vec2;
-use ::exr::meta::BlockDescription;
-use ::exr::meta::attribute::{Compression, SampleType};
+use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 use ::exr::prelude::f16;
 
+use super::chunk::Contents;
 use crate::error::{Error, Place, Problem};
 use crate::film::read::{filled, read_bytes};
 use crate::film::{Content, Film, Plane, Region, Samples};
@@ -34,35 +31,12 @@ pub fn read(path: impl AsRef<Path>) -> Result<Film, Error> {
 /// # Errors
 /// As [`read`].
 pub fn decode(bytes: &[u8], path: &Path) -> Result<Film, Error> {
-    let unreadable =
-        |error: ::exr::error::Error| Error::new(Place::file(path), format!("unreadable EXR file: {error}"));
-    let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(unreadable)?;
-    let part = choose_part(reader.headers(), path)?;
-    for header in reader.headers() {
-        check_plausible(header, bytes.len(), path)?;
-    }
-    let header = reader.headers()[part].clone();
-    let (mut film, crop) = empty_film(&header, path)?;
-
-    let full_resolution = Vec2(0, 0);
-    let wanted = |index: BlockIndex| index.layer == part && index.level == full_resolution;
-    let chunks = reader.filter_chunks(false, |_, _, index| wanted(index)).map_err(unreadable)?;
-    // One thread on purpose: a panic on one of the crate's own threads would end the process.
-    let mut seen = HashSet::new();
-    let mut n_pixels_read = 0;
-    for block in chunks.sequential_decompressor(false) {
-        let block = block.map_err(unreadable)?;
-        // The table of chunks may lie: a chunk can belong elsewhere or come twice.
-        if wanted(block.index) && seen.insert((block.index.pixel_position.0, block.index.pixel_position.1)) {
-            n_pixels_read += block.index.pixel_size.area();
-            copy_block(&block, &header, &crop, &mut film);
-        }
-    }
-    if n_pixels_read != header.layer_size.area() {
-        return Err(Problem::new(Place::file(path), "the EXR file lacks part of its image")
-            .found(format!("{n_pixels_read} pixels"))
-            .expected(format!("{}", header.layer_size.area()))
-            .into());
+    let contents = Contents::open(bytes, path, false)?;
+    let part = choose_part(contents.headers(), path)?;
+    let header = &contents.headers()[part];
+    let (mut film, crop) = empty_film(header, path)?;
+    for block in contents.blocks(part) {
+        copy_block(&block?, header, &crop, &mut film);
     }
     Ok(film)
 }
@@ -80,52 +54,6 @@ fn choose_part(headers: &[Header], path: &Path) -> Result<usize, Error> {
             .expected("R, G and B, or Y")
             .into()
     })
-}
-
-/// Refuses an image that its file is too short to hold, before any memory is taken for it.
-///
-/// Deflate packs at most 258 bytes into 2 bits, 1032 to 1 (RFC 1951, 3.2.5), and PXR24 drops a quarter of a float first:
-/// 1376 to 1; RLE and PIZ pack less tightly. The allowance spares small files the argument. Tile edges are bounded
-/// because the crate multiplies them.
-///
-/// The lossy methods B44, B44A, DWAA and DWAB are refused too: on damaged files the decoders of `exr` 1.74.2 panic (B44) or
-/// end the process by taking memory on the word of the file (DWA).
-fn check_plausible(header: &Header, file_length: usize, path: &Path) -> Result<(), Error> {
-    const LARGEST_RATIO: usize = 1376;
-    const ALLOWANCE_BYTES: usize = 16 << 20;
-    const LARGEST_TILE_EDGE_PX: usize = 1 << 16;
-    if !matches!(
-        header.compression,
-        Compression::Uncompressed
-            | Compression::RLE
-            | Compression::ZIP1
-            | Compression::ZIP16
-            | Compression::PIZ
-            | Compression::PXR24
-    ) {
-        return Err(Problem::new(Place::file(path), "the EXR file is compressed by a method that is not read")
-            .found(header.compression)
-            .expected("no compression, or RLE, ZIPS, ZIP, PIZ or PXR24")
-            .into());
-    }
-    let Vec2(width, height) = header.layer_size;
-    let n_bytes = width.checked_mul(height).and_then(|area| area.checked_mul(header.channels.bytes_per_pixel));
-    let limit = file_length.saturating_mul(LARGEST_RATIO).saturating_add(ALLOWANCE_BYTES);
-    if n_bytes.is_none_or(|n_bytes| n_bytes > limit) {
-        return Err(Problem::new(Place::file(path), "the EXR header claims more pixels than the file can hold")
-            .found(format!("{width}×{height} pixels in {file_length} bytes"))
-            .into());
-    }
-    match header.blocks {
-        BlockDescription::Tiles(tiles)
-            if tiles.tile_size.0 > LARGEST_TILE_EDGE_PX || tiles.tile_size.1 > LARGEST_TILE_EDGE_PX =>
-        {
-            Err(Problem::new(Place::file(path), "the EXR header claims huge tiles")
-                .found(format!("{}×{} pixels", tiles.tile_size.0, tiles.tile_size.1))
-                .into())
-        }
-        _ => Ok(()),
-    }
 }
 
 /// The part of a data window that is kept, in its own pixels: half-open columns and rows.
@@ -161,7 +89,7 @@ fn empty_film(header: &Header, path: &Path) -> Result<(Film, Crop), Error> {
         };
         // What the file keeps in 16 bits loses nothing by being kept in 16 bits again.
         let content = if channel.sample_type == SampleType::F16 { Content::Color } else { Content::Data };
-        planes.push(Plane { name: channel.name.to_string(), content, samples });
+        planes.push(Plane { name: String::from_utf8_lossy(channel.name.as_slice()).into_owned(), content, samples });
     }
     let film = Film { width_px: display.size.0 as u32, height_px: display.size.1 as u32, data_window, planes };
     Ok((film, Crop { x0: crop_x0, x1: crop_x1, y0: crop_y0, y1: crop_y1 }))
