@@ -3,6 +3,7 @@
 pub mod block;
 pub mod camera_ray;
 mod describe;
+pub mod filter;
 mod refract;
 mod sampler;
 mod shade;
@@ -16,6 +17,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use crate::accel::Accel;
 use crate::film::{Film, Plane, Region, Rows, Samples};
 use crate::world::{Camera, World};
+
+pub use filter::Filter;
 
 /// How the samples of a pixel are placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,6 +39,8 @@ pub struct Settings {
     pub samples: u32,
     /// Where they lie.
     pub sampler: Sampler,
+    /// How they are weighted.
+    pub filter: Filter,
     /// Seed of the jitter.
     pub seed: u64,
     /// Longest chain of rays, the camera ray being 1.

@@ -105,6 +105,7 @@ fn compile_render(render: &RenderDesc) -> RenderKeys {
     let RenderDesc {
         samples,
         sampler,
+        filter,
         seed,
         max_depth,
         exposure_ev,
@@ -114,7 +115,7 @@ fn compile_render(render: &RenderDesc) -> RenderKeys {
         two_sided: _,
         terminator,
     } = *render;
-    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, tone_map, white_point, terminator }
+    RenderKeys { samples, sampler, filter, seed, max_depth, exposure_ev, tone_map, white_point, terminator }
 }
 
 fn compile_camera(camera: &CameraDesc, overrides: &Overrides, report: &Report) -> Option<Camera> {
