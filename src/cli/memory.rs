@@ -13,8 +13,8 @@ use crate::world::World;
 const FILM_BYTES_PER_PIXEL: u64 = 16;
 const COURSE_FILM_BYTES_PER_PIXEL: u64 = 32;
 
-/// What an EXR and a PNG hold of a pixel if nothing can be compressed: files are kept until the last pixel is known.
-const ENCODED_BYTES_PER_PIXEL: u64 = 16 + 4;
+/// What an EXR and a PNG of 16 bits hold of a pixel if nothing can be compressed: files are kept until the last pixel is known.
+const ENCODED_BYTES_PER_PIXEL: u64 = 16 + 8;
 
 /// What building the BVH wants at its peak for one primitive, with the finished tree: within a factor of two of all that
 /// was measured. Smooth meshes take 120 to 320, separate beams, of which no two can be clustered, 370, and a million
