@@ -11,7 +11,7 @@ use flatray::film::{Film, Region};
 use flatray::render::{Filter, Sampler, Settings};
 use flatray::scene::{Compiled, Overrides, load_text};
 use world_kit::rendering::render_world;
-use world_kit::scenes::load_scene;
+use world_kit::scenes::{load_scene, scene_names};
 use world_kit::settings::center_settings;
 
 const FILTERS: [Filter; 4] = [Filter::Box, Filter::Triangle, Filter::Gaussian, Filter::BlackmanHarris];
@@ -113,8 +113,8 @@ fn bits(film: &Film, region: Region) -> Vec<u64> {
 
 #[test]
 fn crops_threads_and_tiles_do_not_show_in_a_filtered_image() {
-    for name in ["room", "glass"] {
-        let scene = load_scene(name, 60, 44);
+    for name in scene_names() {
+        let scene = load_scene(&name, 60, 44);
         for filter in FILTERS {
             let jittered = Settings { samples: 5, sampler: Sampler::Jitter, filter, ..center_settings(&scene.camera) };
             let whole = render_world(&scene.world, &scene.camera, &jittered).film;
