@@ -15,7 +15,7 @@ use flatray::accel::{Accel, AccelKind};
 use flatray::film::output::Format;
 use flatray::film::{Depth, Display, EncodeOptions, Encoder, Film, Picture, Region, Rows, ToneMap};
 use flatray::measure::generate::terrain;
-use flatray::render::{Aovs, Control, Counts, Rendered, Sampler, Settings, new_film, render, render_into};
+use flatray::render::{Aovs, Control, Counts, Filter, Rendered, Sampler, Settings, new_film, render, render_into};
 use flatray::scene::mesh;
 use flatray::world::{Camera, World};
 use glam::{DVec3, Vec3};
@@ -36,6 +36,7 @@ fn settings(region: Region) -> Settings {
     Settings {
         samples: 1,
         sampler: Sampler::Center,
+        filter: Filter::Box,
         seed: 0,
         max_depth: 5,
         tile_size_px: 32,

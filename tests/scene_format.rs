@@ -4,7 +4,7 @@ mod shared_data;
 
 use std::path::{Path, PathBuf};
 
-use flatray::scene::{Compiled, Overrides, SamplerKey, load, load_text};
+use flatray::scene::{Compiled, FilterKey, Overrides, SamplerKey, ToneMapKey, load, load_text};
 use flatray::world::{MaterialId, ObjectId};
 use glam::{DVec3, DVec4, Vec3};
 use shared_data::shared;
@@ -113,12 +113,15 @@ fn an_empty_scene_has_the_documented_defaults_and_two_warnings() {
 fn render_keys_background_and_light_colour_arrive() {
     let compiled = compile(
         "[render]\nsamples = 4\nsampler = \"grid\"\nseed = 0xffff_ffff\nmax_depth = 9\nexposure = -1\n\
+         filter = \"blackman-harris\"\ntonemap = \"hable\"\nwhite_point = 7.5\n\
          background = [0.5, 1, 2]\ntwo_sided = true\nterminator = true\n[[light_source]]\nposition = [1, 2, 3]\nintensity = 2\ncolor = [1, 0.5, 0]",
     );
     let render = &compiled.render;
     assert_eq!((render.samples, render.sampler, render.seed), (Some(4), Some(SamplerKey::Grid), Some(0xffff_ffff)));
     assert_eq!((render.max_depth, render.exposure_ev), (Some(9), Some(-1.0)));
     assert_eq!(render.terminator, Some(true));
+    assert_eq!(render.filter, Some(FilterKey::BlackmanHarris));
+    assert_eq!((render.tone_map, render.white_point), (Some(ToneMapKey::Hable), Some(7.5)));
     assert_eq!((compiled.world.background, compiled.world.two_sided), (DVec3::new(0.5, 1.0, 2.0), true));
     assert_eq!(compiled.world.lights.intensities, [DVec3::new(2.0, 1.0, 0.0)]);
     assert_eq!(compiled.world.lights.positions, [DVec3::new(1.0, 2.0, 3.0)]);

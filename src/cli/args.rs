@@ -161,6 +161,9 @@ pub struct RenderArgs {
     /// Where samples lie; center means one sample [default: jitter]
     #[arg(long, value_name = "SAMPLER", help_heading = "Quality")]
     pub sampler: Option<SamplerArg>,
+    /// How samples are weighted, by where they are placed [default: box]
+    #[arg(long, value_name = "FILTER", help_heading = "Quality")]
+    pub filter: Option<FilterArg>,
     /// Seed of the jitter [default: 0]
     #[arg(long, value_name = "N", help_heading = "Quality")]
     pub seed: Option<u64>,
@@ -172,7 +175,8 @@ pub struct RenderArgs {
           help_heading = "Quality")]
     pub terminator: Option<bool>,
     /// Be another renderer, bit for bit: fixes samples, depth, clamping and PNG encoding
-    #[arg(long, value_name = "RENDERER", conflicts_with_all = PICTURE_OPTIONS, help_heading = "Quality")]
+    #[arg(long, value_name = "RENDERER", conflicts_with = "filter", conflicts_with_all = PICTURE_OPTIONS,
+          help_heading = "Quality")]
     pub compat: Option<CompatArg>,
 
     /// Worker threads [default: all cores]
@@ -259,6 +263,19 @@ pub enum SamplerArg {
     Grid,
     /// A random point in each of equal cells
     Jitter,
+}
+
+/// `--filter`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// The pixel itself
+    Box,
+    /// A tent, 2 pixels wide
+    Triangle,
+    /// A Gaussian of half a pixel, cut at 3 pixels' width
+    Gaussian,
+    /// Blackman-Harris, 3 pixels wide
+    BlackmanHarris,
 }
 
 /// `--up`

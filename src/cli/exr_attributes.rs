@@ -6,7 +6,7 @@ use glam::{DMat4, DVec4};
 
 use super::plan::Plan;
 use crate::film::exr::ExrAttributes;
-use crate::render::{Sampler, Settings};
+use crate::render::{Filter, Sampler, Settings};
 use crate::world::Camera;
 
 /// The name of the scene that is rendered when none is given.
@@ -15,7 +15,7 @@ const BUILT_IN: &str = "built-in scene";
 /// The attributes of a render: the camera, and what tells it from other renders of the same size. None depends on the place
 /// of the scene's file, the machine or the crop.
 pub fn attributes_of(input: Option<&Path>, camera: &Camera, plan: &Plan) -> ExrAttributes {
-    let Settings { samples, sampler, seed, max_depth, terminator, course, .. } = plan.settings;
+    let Settings { samples, sampler, filter, seed, max_depth, terminator, course, .. } = plan.settings;
     let scene = input.and_then(Path::file_name).map_or(BUILT_IN.into(), |name| name.to_string_lossy());
     let sampler = match sampler {
         Sampler::Center => "center",
@@ -24,7 +24,13 @@ pub fn attributes_of(input: Option<&Path>, camera: &Camera, plan: &Plan) -> ExrA
     };
     // Seeds have 64 bits, and attributes have no such number.
     let mut texts = vec![("scene", scene.into_owned()), ("sampler", sampler.into()), ("seed", seed.to_string())];
-    texts.push(("filter", "box".into()));
+    let filter = match filter {
+        Filter::Box => "box",
+        Filter::Triangle => "triangle",
+        Filter::Gaussian => "gaussian",
+        Filter::BlackmanHarris => "blackman-harris",
+    };
+    texts.push(("filter", filter.into()));
     if course {
         texts.push(("compat", "course".into()));
     }

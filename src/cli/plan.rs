@@ -2,14 +2,14 @@
 
 use clap::error::ErrorKind;
 
-use super::args::{AccelArg, CompatArg, RenderArgs, SamplerArg, UpArg, missing_isa};
+use super::args::{AccelArg, CompatArg, FilterArg, RenderArgs, SamplerArg, UpArg, missing_isa};
 use super::exr_args::{CropOutputArg, ExrList};
 use super::failure::Failure;
 use super::{output, picture_args};
 use crate::accel::{AccelKind, Preset};
 use crate::film::{Display, Region};
-use crate::render::{Sampler, Settings};
-use crate::scene::{Compiled, Overrides, RenderKeys, SamplerKey, UpAxis};
+use crate::render::{Filter, Sampler, Settings};
+use crate::scene::{Compiled, FilterKey, Overrides, RenderKeys, SamplerKey, UpAxis};
 use crate::simd::Isa;
 
 const DEFAULT_SAMPLES: u32 = 16;
@@ -119,6 +119,7 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
     let settings = Settings {
         samples,
         sampler,
+        filter: if course { Filter::Box } else { filter(args, &scene.render) },
         seed: args.seed.or(scene.render.seed).unwrap_or(0),
         max_depth,
         tile_size_px: args.tile_size.unwrap_or(DEFAULT_TILE_SIZE_PX),
@@ -172,6 +173,23 @@ fn sampler_of_key(key: SamplerKey) -> Sampler {
         SamplerKey::Grid => Sampler::Grid,
         SamplerKey::Jitter => Sampler::Jitter,
     }
+}
+
+/// The pixel filter.
+fn filter(args: &RenderArgs, scene: &RenderKeys) -> Filter {
+    let asked = args.filter.map(|arg| match arg {
+        FilterArg::Box => Filter::Box,
+        FilterArg::Triangle => Filter::Triangle,
+        FilterArg::Gaussian => Filter::Gaussian,
+        FilterArg::BlackmanHarris => Filter::BlackmanHarris,
+    });
+    let in_scene = scene.filter.map(|key| match key {
+        FilterKey::Box => Filter::Box,
+        FilterKey::Triangle => Filter::Triangle,
+        FilterKey::Gaussian => Filter::Gaussian,
+        FilterKey::BlackmanHarris => Filter::BlackmanHarris,
+    });
+    asked.or(in_scene).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -241,6 +259,17 @@ mod tests {
         let args = RenderArgs { samples: Some(4), ..RenderArgs::default() };
         let explicit = settings(args, center);
         assert_eq!((explicit.samples, explicit.sampler), (4, Sampler::Jitter));
+    }
+
+    #[test]
+    fn the_filter_is_the_command_lines_or_the_scenes_or_a_box() {
+        let keys = RenderKeys { filter: Some(FilterKey::Gaussian), ..RenderKeys::default() };
+        let args = RenderArgs { filter: Some(FilterArg::Triangle), ..RenderArgs::default() };
+        assert_eq!(settings(RenderArgs::default(), RenderKeys::default()).filter, Filter::Box);
+        assert_eq!(settings(RenderArgs::default(), keys.clone()).filter, Filter::Gaussian);
+        assert_eq!(settings(args, keys.clone()).filter, Filter::Triangle);
+        let course = RenderArgs { compat: Some(CompatArg::Course), ..RenderArgs::default() };
+        assert_eq!(settings(course, keys).filter, Filter::Box);
     }
 
     #[test]

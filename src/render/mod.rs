@@ -4,6 +4,7 @@ pub mod aov;
 pub mod block;
 pub mod camera_ray;
 mod describe;
+pub mod filter;
 mod layers;
 mod parts;
 mod refract;
@@ -21,6 +22,8 @@ pub use aov::{Aov, Aovs};
 use crate::accel::Accel;
 use crate::film::{Film, Plane, Region, Rows, Samples};
 use crate::world::{Camera, World};
+
+pub use filter::Filter;
 
 /// How the samples of a pixel are placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,6 +44,8 @@ pub struct Settings {
     pub samples: u32,
     /// Where they lie.
     pub sampler: Sampler,
+    /// How they are weighted.
+    pub filter: Filter,
     /// Seed of the jitter.
     pub seed: u64,
     /// Longest chain of rays, the camera ray being 1.

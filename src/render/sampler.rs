@@ -1,6 +1,7 @@
 //! Where the samples of a pixel lie. Positions depend on the seed, the pixel and the sample number alone, so that
 //! they are the same for any order of work and for any crop.
 
+use super::filter::{Filter, Warp};
 use super::{Sampler, Settings};
 
 /// Sample positions for all pixels of a render.
@@ -8,6 +9,7 @@ use super::{Sampler, Settings};
 pub struct Pattern {
     cells: Vec<Cell>,
     jitter: Option<u64>,
+    warp: Warp,
 }
 
 /// A part of the pixel, in pixel units; all cells of a pattern have the same area.
@@ -25,7 +27,8 @@ impl Pattern {
         let centered = settings.sampler == Sampler::Center || settings.samples == 1;
         let n_samples = if centered { 1 } else { settings.samples };
         let jitter = (settings.sampler == Sampler::Jitter && !centered).then_some(settings.seed);
-        Pattern { cells: cells(n_samples), jitter }
+        let filter = if centered { Filter::Box } else { settings.filter };
+        Pattern { cells: cells(n_samples), jitter, warp: filter.warp() }
     }
 
     /// Samples per pixel.
@@ -33,7 +36,8 @@ impl Pattern {
         self.cells.len()
     }
 
-    /// Position of a sample within its pixel, in [0, 1)² from the top left corner.
+    /// Position of a sample from the top left corner of its pixel: in [0, 1)² with the box filter, else as far around the
+    /// centre as the filter reaches. A pixel's value is the plain mean of its samples.
     #[inline]
     pub fn position(&self, x_px: u32, y_px: u32, sample: usize) -> (f64, f64) {
         let cell = self.cells[sample];
@@ -46,7 +50,7 @@ impl Pattern {
                 ((bits >> 32) as f64 * SCALE, (bits & 0xffff_ffff) as f64 * SCALE)
             }
         };
-        (cell.x + u * cell.width, cell.y + v * cell.height)
+        self.warp.position((cell.x + u * cell.width, cell.y + v * cell.height))
     }
 }
 
@@ -81,12 +85,50 @@ fn mix(x: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::Region;
+    use crate::render::Aovs;
 
     #[test]
     fn four_grid_samples_are_the_originals() {
         let cells = cells(4);
         let centers: Vec<_> = cells.iter().map(|c| (c.x + 0.5 * c.width, c.y + 0.5 * c.height)).collect();
         assert_eq!(centers, [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)]);
+    }
+
+    #[test]
+    fn samples_of_a_filter_are_spread_as_it_says_and_a_single_one_stays_the_centre() {
+        let settings = |samples, sampler, filter| Settings {
+            samples,
+            sampler,
+            filter,
+            seed: 3,
+            max_depth: 1,
+            tile_size_px: 32,
+            threads: 1,
+            region: Region::whole(4, 4),
+            terminator: false,
+            course: false,
+            aovs: Aovs::default(),
+        };
+        // The shares of samples left of −1, −½, 0, ½ and 1 pixel around the centre, by their closed forms.
+        let triangle = [0.0, 0.125, 0.5, 0.875, 1.0];
+        let gaussian = [0.021_459_9, 0.157_731, 0.5, 0.842_269, 0.978_540_1];
+        for (filter, expected) in [(Filter::Triangle, triangle), (Filter::Gaussian, gaussian)] {
+            let pattern = Pattern::new(&settings(4096, Sampler::Jitter, filter));
+            let places: Vec<(f64, f64)> = (0..4096).map(|sample| pattern.position(2, 1, sample)).collect();
+            for (limit, expected) in [-1.0, -0.5, 0.0, 0.5, 1.0].into_iter().zip(expected) {
+                let share = |below: &dyn Fn(&(f64, f64)) -> bool| {
+                    places.iter().filter(|place| below(place)).count() as f64 / places.len() as f64
+                };
+                // Of the 64 columns of cells only the one that the limit runs through is in doubt.
+                assert!((share(&|place| place.0 < 0.5 + limit) - expected).abs() <= 1.0 / 64.0, "{filter:?} {limit}");
+                assert!((share(&|place| place.1 < 0.5 + limit) - expected).abs() <= 1.0 / 64.0, "{filter:?} {limit}");
+            }
+            for sampler in [Sampler::Center, Sampler::Grid, Sampler::Jitter] {
+                let pattern = Pattern::new(&settings(1, sampler, filter));
+                assert_eq!((pattern.n_samples(), pattern.position(1, 1, 0)), (1, (0.5, 0.5)));
+            }
+        }
     }
 
     #[test]

@@ -105,6 +105,7 @@ fn compile_render(render: &RenderDesc) -> RenderKeys {
     let RenderDesc {
         samples,
         sampler,
+        filter,
         seed,
         max_depth,
         exposure_ev,
@@ -116,7 +117,7 @@ fn compile_render(render: &RenderDesc) -> RenderKeys {
         ref aovs,
     } = *render;
     let aovs = aovs.clone();
-    RenderKeys { samples, sampler, seed, max_depth, exposure_ev, tone_map, white_point, terminator, aovs }
+    RenderKeys { samples, sampler, filter, seed, max_depth, exposure_ev, tone_map, white_point, terminator, aovs }
 }
 
 fn compile_camera(camera: &CameraDesc, overrides: &Overrides, report: &Report) -> Option<Camera> {

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::transform::Transform;
-use super::{AovKey, NormalsKey, SamplerKey, ToneMapKey};
+use super::{AovKey, FilterKey, NormalsKey, SamplerKey, ToneMapKey};
 
 /// A value and the bytes of the text that state it.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +77,8 @@ pub struct RenderDesc {
     pub samples: Option<u32>,
     /// `sampler`.
     pub sampler: Option<SamplerKey>,
+    /// `filter`.
+    pub filter: Option<FilterKey>,
     /// `seed`.
     pub seed: Option<u64>,
     /// `max_depth`.

@@ -13,7 +13,7 @@ use super::desc::{
 use super::report::Report;
 use super::toml::{Table, walk};
 use super::validate::{COORDINATE, CREASE_ANGLE, ENTRY, EXPOSURE, FOV, NON_NEGATIVE, POSITIVE, SIDE_PX, WHITE_POINT};
-use super::{AovKey, NormalsKey, SamplerKey, ToneMapKey, named_quadric, placement, transform};
+use super::{AovKey, FilterKey, NormalsKey, SamplerKey, ToneMapKey, named_quadric, placement, transform};
 
 const THREE_NUMBERS: &str = "3 numbers";
 const MATERIAL_KEYS: [&str; 9] = ["ambient", "diffuse", "specular", "k_a", "k_d", "k_s", "sh", "k_t", "ior"];
@@ -80,6 +80,12 @@ fn read_camera(mut table: Table<'_>) -> CameraDesc {
 
 fn read_render(mut table: Table<'_>) -> RenderDesc {
     let words = [("center", SamplerKey::Center), ("grid", SamplerKey::Grid), ("jitter", SamplerKey::Jitter)];
+    let filters = [
+        ("box", FilterKey::Box),
+        ("triangle", FilterKey::Triangle),
+        ("gaussian", FilterKey::Gaussian),
+        ("blackman-harris", FilterKey::BlackmanHarris),
+    ];
     let operators = [
         ("clip", ToneMapKey::Clip),
         ("reinhard", ToneMapKey::Reinhard),
@@ -91,6 +97,7 @@ fn read_render(mut table: Table<'_>) -> RenderDesc {
     let render = RenderDesc {
         samples: table.integer("samples", 1..=65_536, "a whole number from 1 to 65536").map(|n| n as u32),
         sampler: table.word("sampler", &words),
+        filter: table.word("filter", &filters),
         seed: table.integer("seed", 0..=u64::MAX, "a whole number from 0 to 18446744073709551615"),
         max_depth: table.integer("max_depth", 1..=1000, "a whole number from 1 to 1000").map(|n| n as u32),
         exposure_ev: table.number("exposure", &EXPOSURE).map(|ev| ev.value),

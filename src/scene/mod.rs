@@ -64,6 +64,8 @@ pub struct RenderKeys {
     pub samples: Option<u32>,
     /// `center`, `grid` or `jitter`.
     pub sampler: Option<SamplerKey>,
+    /// Pixel filter.
+    pub filter: Option<FilterKey>,
     /// Seed of the jitter.
     pub seed: Option<u64>,
     /// Longest chain of rays, the camera ray being 1.
@@ -87,6 +89,16 @@ pub enum SamplerKey {
     Center,
     Grid,
     Jitter,
+}
+
+/// The pixel filters by the names that scenes use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum FilterKey {
+    Box,
+    Triangle,
+    Gaussian,
+    BlackmanHarris,
 }
 
 /// The tone curves by the names that scenes use.

@@ -1,7 +1,7 @@
 //! Plain settings.
 
 use flatray::film::Region;
-use flatray::render::{Aovs, Sampler, Settings};
+use flatray::render::{Aovs, Filter, Sampler, Settings};
 use flatray::world::Camera;
 
 /// One centre sample over the whole image, depth 5, two threads.
@@ -9,6 +9,7 @@ pub fn center_settings(camera: &Camera) -> Settings {
     Settings {
         samples: 1,
         sampler: Sampler::Center,
+        filter: Filter::Box,
         seed: 0,
         max_depth: 5,
         tile_size_px: 32,

@@ -81,8 +81,8 @@ fn greys_stay_grey() {
     for tone_map in ALL {
         for step in 0..=1200 {
             let [r, g, b] = display(tone_map, [libm::exp10(f64::from(step) / 100.0 - 6.0); 3]);
-            // The last row of Hill's output matrix sums to 0.99999.
-            let allowed = if tone_map == ToneMap::AcesHill { 1.1e-5 } else { 1e-14 };
+            // The last row of Hill's output matrix sums to 0.99999; the terms of the AgX polynomial reach 40 and cancel.
+            let allowed = if tone_map == ToneMap::AcesHill { 1.1e-5 } else { 7.0 * 40.0 * f64::EPSILON };
             assert!((r - g).abs() <= allowed && (r - b).abs() <= allowed, "{tone_map:?}: {r} {g} {b}");
         }
     }
@@ -155,9 +155,9 @@ fn saturated_colours_go_through_hills_matrices() {
     let mapped = display(ToneMap::AcesHill, [1.0, 0.0, 0.0]);
     assert_near(mapped, [0.688_027_874_341_686_1, 0.0, 0.002_639_006_746_677_132], 1e-14);
     let mapped = display(ToneMap::AcesHill, [0.0, 0.0, 4.0]);
-    assert_near(mapped, [0.111_528_013_423_717_8, 0.004_823_156_755_677_58, 0.953_880_624_985_007_7], 1e-14);
+    assert_near(mapped, [0.111_528_013_423_718_2, 0.004_823_176_555_677_580_5, 0.953_880_624_985_007_7], 1e-14);
     let mapped = display(ToneMap::AcesHill, [2.0, 0.5, 0.1]);
-    assert_near(mapped, [0.901_499_261_236_591_6, 0.418_689_446_118_982_34, 0.105_000_790_756_890_7], 1e-14);
+    assert_near(mapped, [0.901_499_261_236_591_6, 0.418_689_446_118_982_34, 0.105_000_790_760_897_1], 1e-14);
 }
 
 #[test]
