@@ -74,7 +74,7 @@ impl<'a> Contents<'a> {
     /// A block as it stands in the file, if it is where and what the table says.
     fn chunk(&self, part: usize, block: usize) -> Option<Chunk> {
         let header = &self.headers()[part];
-        let number = |at: usize| Some(self.bytes.get(at..at.checked_add(8)?)?.try_into().map(u64::from_le_bytes).ok()?);
+        let number = |at: usize| self.bytes.get(at..at.checked_add(8)?)?.try_into().map(u64::from_le_bytes).ok();
         let start = usize::try_from(number(self.tables[part] + 8 * block)?).ok()?;
         let place = place(header, part, block, self.meta.requirements.has_multiple_layers);
         let behind = self.bytes.get(start..)?.strip_prefix(place.as_slice())?;
