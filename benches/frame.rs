@@ -13,7 +13,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use flatray::accel::{Accel, AccelKind};
 use flatray::film::output::Format;
-use flatray::film::{Depth, Display, EncodeOptions, Encoder, Film, Picture, Region, Rows, ToneMap};
+use flatray::film::{BitDepth, Display, EncodeOptions, Encoder, Film, Picture, Region, Rows, ToneMap};
 use flatray::measure::generate::terrain;
 use flatray::render::{Aovs, Control, Counts, Filter, Rendered, Sampler, Settings, new_film, render, render_into};
 use flatray::scene::mesh;
@@ -23,7 +23,7 @@ use glam::{DVec3, Vec3};
 const WIDTH_PX: u32 = 1920;
 const HEIGHT_PX: u32 = 1080;
 const DISPLAY: Display =
-    Display::Picture(Picture { tone_map: ToneMap::KhronosNeutral, exposure_stops: 0.0, depth: Depth::Eight });
+    Display::Picture(Picture { tone_map: ToneMap::KhronosNeutral, exposure_stops: 0.0, bit_depth: BitDepth::Eight });
 
 /// What a frame is rendered from.
 struct Scene {

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Command;
 
 use flatray::film::tone_map::{exposure_factor, quantize8, quantize16, srgb_from_linear};
-use flatray::film::{Depth, Display, Film, Picture, Plane, Region, Samples, ToneMap, output, png};
+use flatray::film::{BitDepth, Display, Film, Picture, Plane, Region, Samples, ToneMap, output, png};
 
 /// A ramp of greens and reds over more than two bands of rows, from black to far above white.
 fn film() -> Film {
@@ -31,15 +31,15 @@ fn an_independent_reader_finds_the_levels_and_chunks_of_our_files() {
     let directory = tempfile::tempdir().unwrap();
     let film = film();
     let planes = film.color_planes().unwrap();
-    for (depth, bits) in [(Depth::Eight, "8"), (Depth::Sixteen, "16")] {
-        let picture = Picture { tone_map: ToneMap::AcesHill, exposure_stops: -1.0, depth };
+    for (bit_depth, bits) in [(BitDepth::Eight, "8"), (BitDepth::Sixteen, "16")] {
+        let picture = Picture { tone_map: ToneMap::AcesHill, exposure_stops: -1.0, bit_depth };
         let mut raw = Vec::new();
         for at in 0..film.n_pixels() {
             let exposed = planes.map(|plane| plane.samples.get(at) * exposure_factor(-1.0));
             let encoded = picture.tone_map.operator().map(exposed).map(srgb_from_linear);
-            let (levels, opaque) = match depth {
-                Depth::Eight => (encoded.map(|c| u16::from(quantize8(c))), 255),
-                Depth::Sixteen => (encoded.map(quantize16), u16::MAX),
+            let (levels, opaque) = match bit_depth {
+                BitDepth::Eight => (encoded.map(|c| u16::from(quantize8(c))), 255),
+                BitDepth::Sixteen => (encoded.map(quantize16), u16::MAX),
             };
             raw.extend(levels.into_iter().chain([opaque]).flat_map(u16::to_le_bytes));
         }

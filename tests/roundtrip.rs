@@ -10,7 +10,7 @@ use std::process::Command;
 use flatray::film::exr::{self, ExrAttributes, ExrOptions};
 use flatray::film::png_chunk::{Transfer, write_chunk};
 use flatray::film::tone_map::{ToneMap, exposure_factor, quantize16, srgb_from_linear};
-use flatray::film::{Depth, Display, Film, Picture, Plane, Region, Samples, output, pfm, png, read_image};
+use flatray::film::{BitDepth, Display, Film, Picture, Plane, Region, Samples, output, pfm, png, read_image};
 use flatray::measure::difference::{compare, compare_files};
 use shared_data::shared;
 
@@ -203,7 +203,7 @@ fn a_tone_mapped_png_holds_the_bytes_of_the_display_and_says_that_it_is_srgb() {
 
 #[test]
 fn a_sixteen_bit_png_holds_the_levels_of_the_curve_and_states_the_same_transfer() {
-    let picture = Picture { exposure_stops: -1.0, depth: Depth::Sixteen, ..Picture::default() };
+    let picture = Picture { exposure_stops: -1.0, bit_depth: BitDepth::Sixteen, ..Picture::default() };
     let film = ramp_film(31, 40);
     let bytes = png_bytes(&film, Display::Picture(picture));
     assert_eq!(&bytes[16..29], b"\0\0\0\x1f\0\0\0\x28\x10\x06\0\0\0");

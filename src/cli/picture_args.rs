@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use super::failure::Failure;
 use super::value;
 use crate::film::tone_map::hable;
-use crate::film::{Depth, Picture, ToneMap};
+use crate::film::{BitDepth, Picture, ToneMap};
 use crate::scene::{RenderKeys, ToneMapKey};
 
 /// The names of these options, for what they conflict with.
@@ -22,7 +22,7 @@ pub struct PictureArgs {
     /// Exposure of the PNG in stops [default: 0]
     #[arg(long, value_name = "EV", value_parser = value::exposure_ev, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
-    /// Radiance that becomes white, after exposure; for reinhard and hable [default: none, 5.6]
+    /// Radiance that becomes white, after exposure; of reinhard [default: none] and hable [default: 5.6]
     #[arg(long, value_name = "X", value_parser = value::white_point)]
     pub white_point: Option<f64>,
     /// Bits of a sample of the PNG [default: 8]
@@ -80,11 +80,11 @@ pub fn settle(args: &PictureArgs, scene: &RenderKeys, command: &str) -> Result<P
         ToneMapArg::AgxApprox => ToneMap::AgxApprox,
     };
     let exposure_stops = args.exposure.or(scene.exposure_ev).unwrap_or(0.0);
-    let depth = match args.png_bits {
-        None | Some(PngBitsArg::Eight) => Depth::Eight,
-        Some(PngBitsArg::Sixteen) => Depth::Sixteen,
+    let bit_depth = match args.png_bits {
+        None | Some(PngBitsArg::Eight) => BitDepth::Eight,
+        Some(PngBitsArg::Sixteen) => BitDepth::Sixteen,
     };
-    Ok(Picture { tone_map, exposure_stops, depth })
+    Ok(Picture { tone_map, exposure_stops, bit_depth })
 }
 
 fn arg_of_key(key: ToneMapKey) -> ToneMapArg {
@@ -113,7 +113,7 @@ mod tests {
         let settled = |args: PictureArgs| settle(&args, &scene, "render").unwrap();
         let of_scene = settled(PictureArgs::default());
         assert_eq!(of_scene.tone_map, ToneMap::Hable { white: 3.0 });
-        assert_eq!((of_scene.exposure_stops, of_scene.depth), (1.0, Depth::Eight));
+        assert_eq!((of_scene.exposure_stops, of_scene.bit_depth), (1.0, BitDepth::Eight));
 
         let tonemap = |arg| PictureArgs { tonemap: Some(arg), ..PictureArgs::default() };
         assert_eq!(settled(tonemap(ToneMapArg::Clip)).tone_map, ToneMap::Clip);
@@ -124,7 +124,8 @@ mod tests {
             png_bits: Some(PngBitsArg::Sixteen),
             ..PictureArgs::default()
         };
-        let expected = Picture { tone_map: ToneMap::Hable { white: 8.0 }, exposure_stops: -1.0, depth: Depth::Sixteen };
+        let expected =
+            Picture { tone_map: ToneMap::Hable { white: 8.0 }, exposure_stops: -1.0, bit_depth: BitDepth::Sixteen };
         assert_eq!(settled(asked), expected);
     }
 

@@ -22,12 +22,12 @@ pub struct Picture {
     /// Radiance is multiplied by 2 to this power first.
     pub exposure_stops: f64,
     /// Levels of a channel.
-    pub depth: Depth,
+    pub bit_depth: BitDepth,
 }
 
 /// How many levels a channel of a picture has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Depth {
+pub enum BitDepth {
     /// 256.
     #[default]
     Eight,
@@ -35,12 +35,12 @@ pub enum Depth {
     Sixteen,
 }
 
-impl Depth {
+impl BitDepth {
     /// Bytes of a sample.
     pub fn bytes(self) -> usize {
         match self {
-            Depth::Eight => 1,
-            Depth::Sixteen => 2,
+            BitDepth::Eight => 1,
+            BitDepth::Sixteen => 2,
         }
     }
 }
@@ -71,12 +71,12 @@ impl Display {
     /// Prepares to map many colours.
     pub fn mapping(&self) -> Mapping {
         let curve = match *self {
-            Display::Picture(Picture { tone_map, exposure_stops, depth }) => Curve::Picture {
+            Display::Picture(Picture { tone_map, exposure_stops, bit_depth }) => Curve::Picture {
                 exposure: exposure_factor(exposure_stops),
                 operator: tone_map.operator(),
-                levels: match depth {
-                    Depth::Eight => Levels::Eight(&SRGB_LEVELS),
-                    Depth::Sixteen => Levels::Sixteen(&SRGB_LEVELS_16),
+                levels: match bit_depth {
+                    BitDepth::Eight => Levels::Eight(&SRGB_LEVELS),
+                    BitDepth::Sixteen => Levels::Sixteen(&SRGB_LEVELS_16),
                 },
             },
             Display::Course => Curve::Course,
@@ -85,10 +85,10 @@ impl Display {
     }
 
     /// Levels of a channel; the original's are bytes.
-    pub fn depth(&self) -> Depth {
+    pub fn bit_depth(&self) -> BitDepth {
         match self {
-            Display::Picture(picture) => picture.depth,
-            Display::Course => Depth::Eight,
+            Display::Picture(picture) => picture.bit_depth,
+            Display::Course => BitDepth::Eight,
         }
     }
 
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     fn rgba(display: Display, color: [f64; 3]) -> Vec<u8> {
-        let mut rgba = vec![0; 4 * display.depth().bytes()];
+        let mut rgba = vec![0; 4 * display.bit_depth().bytes()];
         display.mapping().fill_rgba([color].into_iter(), &mut rgba);
         rgba
     }
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn sixteen_bits_come_upper_byte_first() {
-        let picture = Picture { tone_map: ToneMap::Clip, depth: Depth::Sixteen, ..Picture::default() };
+        let picture = Picture { tone_map: ToneMap::Clip, bit_depth: BitDepth::Sixteen, ..Picture::default() };
         // 12.92 of 1e-3 is 846.7 of 65535 levels, 0x034f.
         let expected = [0x03, 0x4f, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff];
         assert_eq!(rgba(Display::Picture(picture), [1e-3, -1.0, 2.0]), expected);

@@ -30,7 +30,7 @@ pub mod rows;
 pub mod tone_map;
 mod zip;
 
-pub use display::{Depth, Display, Picture};
+pub use display::{BitDepth, Display, Picture};
 pub use encode::{EncodeOptions, Encoder};
 pub use read::{ImageFile, read_image};
 pub use region::Region;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Place, Problem};
 use crate::film::deflate::{self, Adler32};
-use crate::film::display::{Depth, Mapping};
+use crate::film::display::{BitDepth, Mapping};
 use crate::film::png_chunk::{Transfer, parse_header, parse_transfer, write_chunk};
 use crate::film::read::{filled, read_bytes};
 use crate::film::rows::{BAND_ROWS, Rows};
@@ -26,7 +26,7 @@ const LEVEL: u32 = 3;
 #[derive(Debug)]
 pub struct Encoder {
     mapping: Mapping,
-    depth: Depth,
+    bit_depth: BitDepth,
     is_srgb: bool,
     size_px: [u32; 2],
     /// The planes shown as red, green and blue.
@@ -63,7 +63,7 @@ impl Encoder {
         let n_bands = (size_px[1] as usize).div_ceil(BAND_ROWS);
         Ok(Encoder {
             mapping: display.mapping(),
-            depth: display.depth(),
+            bit_depth: display.bit_depth(),
             is_srgb: display.is_srgb(),
             size_px,
             planes,
@@ -88,7 +88,7 @@ impl Encoder {
 
     /// Bytes of a pixel's four samples.
     fn pixel_bytes(&self) -> usize {
-        4 * self.depth.bytes()
+        4 * self.bit_depth.bytes()
     }
 
     fn rgba(&self, rows: &Rows) -> Vec<u8> {
@@ -116,7 +116,7 @@ impl Encoder {
         });
         out.write_all(&SIGNATURE)?;
         let [width_px, height_px] = self.size_px.map(u32::to_be_bytes);
-        let sample_bits = 8 * self.depth.bytes() as u8;
+        let sample_bits = 8 * self.bit_depth.bytes() as u8;
         // RGBA; one way each to compress, filter and order the rows.
         write_chunk(out, *b"IHDR", &[&width_px, &height_px, &[sample_bits, 6, 0, 0, 0]])?;
         if self.is_srgb {

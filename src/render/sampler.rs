@@ -9,7 +9,7 @@ use super::{Sampler, Settings};
 pub struct Pattern {
     cells: Vec<Cell>,
     jitter: Option<u64>,
-    warp: Warp,
+    warp: Option<Warp>,
 }
 
 /// A part of the pixel, in pixel units; all cells of a pattern have the same area.
@@ -50,7 +50,11 @@ impl Pattern {
                 ((bits >> 32) as f64 * SCALE, (bits & 0xffff_ffff) as f64 * SCALE)
             }
         };
-        self.warp.position((cell.x + u * cell.width, cell.y + v * cell.height))
+        let position = (cell.x + u * cell.width, cell.y + v * cell.height);
+        match self.warp {
+            None => position,
+            Some(warp) => warp.position(position),
+        }
     }
 }
 
