@@ -147,7 +147,7 @@ fn channel_by_channel_operators_do_not_mix_channels() {
     assert_near(display(ToneMap::Hable { white: hable::DEFAULT_WHITE }, [2.0, 0.5, 0.1]), expected, 1e-14);
 }
 
-// Colours through the two operators with matrices were worked out beside this program, in another language, from the published
+// Colours through the operators that mix channels were worked out beside this program, in another language, from the published
 // listings; the bound for AgX is what balancing its rows changes.
 
 #[test]
@@ -176,6 +176,16 @@ fn below_khronos_start_of_compression_only_the_offset_is_taken() {
     }
     // With no white in the colour nothing is taken at all.
     assert_eq!(khronos_neutral::map([0.0, 0.5, 0.7]), [0.0, 0.5, 0.7]);
+}
+
+#[test]
+fn bright_colours_are_compressed_and_whitened_as_khronos_says() {
+    let mapped = display(ToneMap::KhronosNeutral, [2.0, 0.5, 0.1]);
+    assert_near(mapped, [0.96, 0.321_135_758_651_286_5, 0.150_771_960_958_296_26], 1e-14);
+    let mapped = display(ToneMap::KhronosNeutral, [0.0, 0.0, 4.0]);
+    assert_near(mapped, [0.306_367_415_504_061_3, 0.306_367_415_504_061_3, 0.983_448_275_862_069], 1e-14);
+    let mapped = display(ToneMap::KhronosNeutral, [5.0, 0.02, 0.5]);
+    assert_near(mapped, [0.987_092_436_974_789_8, 0.370_203_617_768_064_6, 0.429_662_781_065_098_36], 1e-14);
 }
 
 #[test]
