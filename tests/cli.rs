@@ -265,6 +265,9 @@ fn wrong_values_are_wrong_usage() {
         "--accel octree",
         "--compat course2",
         "--exposure inf",
+        "--exr flaot",
+        "--exr half,float",
+        "--crop-output all",
         "--seed -1",
         "--unknown",
     ];

@@ -81,6 +81,30 @@ fn bands_handed_over_in_any_portions_give_the_same_bytes() {
     }
 }
 
+#[test]
+fn flat_images_are_compressed_rightly_too() {
+    for value in [0.0, 1.0, -65504.0, f32::NAN] {
+        for window in [Region::whole(150, 100), Region { x0: 149, y0: 99, x1: 150, y1: 100 }] {
+            let mut film = layered_film(window);
+            for plane in &mut film.planes {
+                match &mut plane.samples {
+                    Samples::F32(values) => values.fill(value),
+                    Samples::U32(values) => values.fill(value as u32),
+                    Samples::F64(_) => unreachable!(),
+                }
+            }
+            for (name, options) in all_options() {
+                let bytes = bytes_of(&film, &options, &ExrAttributes::default());
+                let back = exr::decode(&bytes, Path::new(NAME)).unwrap();
+                for plane in &back.planes {
+                    let expected = stored_bits(&film, &plane.name, options.color);
+                    assert!(stored_bits(&back, &plane.name, ColorType::Float) == expected, "{name}, {value}");
+                }
+            }
+        }
+    }
+}
+
 /// Names of the attributes of a file's headers, in their order, and where the headers end.
 fn attribute_names(bytes: &[u8]) -> (Vec<Vec<String>>, usize) {
     let is_multi_part = bytes[5] & 0x10 != 0;

@@ -24,7 +24,8 @@ pub(super) fn samples(header: &Header, planes: &[usize], block: usize, rows: &Ro
     bytes
 }
 
-/// Compresses the samples of a block by the header's method. What does not get smaller stands in a file as it is.
+/// Compresses the samples of a block by the header's method. What does not get smaller stands in a file as it is. Nothing,
+/// which is no block, is what a codec that failed gives; none is known to.
 pub(super) fn compress(header: &Header, block: usize, samples: Vec<u8>) -> Vec<u8> {
     let section = bounds_of(Grid::of(header).pixels(block));
     let by_crate = |method: Compression, samples| method.compress_image_section_to_le(header, samples, section);
@@ -35,6 +36,5 @@ pub(super) fn compress(header: &Header, block: usize, samples: Vec<u8>) -> Vec<u
         }
         method => by_crate(method, samples),
     };
-    // None is known: the methods are those of `ExrCompression`, and the size of the block is the header's.
     result.unwrap_or_default()
 }

@@ -124,6 +124,9 @@ pub(super) fn write_file<'a>(
     }
     for (part, header, index) in all() {
         let samples = block(part, index);
+        if samples.is_empty() {
+            return Err(io::Error::other("a block could not be compressed"));
+        }
         let length = i32::try_from(samples.len()).map_err(|_| invalid_input("a block is longer than 2 GiB"))?;
         out.write_all(&place(header, part, index, is_multi_part))?;
         out.write_all(&length.to_le_bytes())?;

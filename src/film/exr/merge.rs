@@ -207,8 +207,8 @@ fn check_covered(whole: Region, windows: &[Region], paths: &[&Path]) -> Result<(
     let Some((x, y)) = first else { return Ok(()) };
     let files = paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
     let pixels = if n_missing == 1 { "pixel is" } else { "pixels are" };
-    let what = format!("{n_missing} {pixels} in none of the files, the first at {x},{y}");
-    Err(Problem::new(Place::default(), what).found(files).into())
+    let what = format!("{n_missing} {pixels} in none of the files, the first at {x},{y}: {files}");
+    Err(Error::new(Place::default(), what))
 }
 
 /// How many pixels of the frame lie in no window, and the first of them in the order of reading.

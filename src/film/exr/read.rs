@@ -47,8 +47,8 @@ fn choose_part(headers: &[Header], path: &Path) -> Result<usize, Error> {
         ["R", "G", "B"].iter().all(|name| has(header, name)) || (has(header, "Y") && !has(header, "RY"))
     });
     chosen.ok_or_else(|| {
-        let names: Vec<String> =
-            headers.iter().flat_map(|header| &header.channels.list).map(|channel| channel.name.to_string()).collect();
+        let channels = headers.iter().flat_map(|header| &header.channels.list);
+        let names: Vec<_> = channels.map(|channel| String::from_utf8_lossy(channel.name.as_slice())).collect();
         Problem::new(Place::file(path), "the EXR file has no colour image")
             .found(format!("channels {}", names.join(", ")))
             .expected("R, G and B, or Y")
