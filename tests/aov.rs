@@ -13,7 +13,7 @@ use flatray::film::cryptomatte::id_of;
 use flatray::film::{Film, Region, Samples};
 use flatray::render::camera_ray::CameraRays;
 use flatray::render::surface::{describe, shading_normal};
-use flatray::render::{Aov, Aovs, Sampler, Settings};
+use flatray::render::{Aov, Aovs, Filter, Sampler, Settings};
 use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::world::{Camera, Hit, LightGroupId, Lights, Ray, World};
 use glam::DVec3;
@@ -318,6 +318,26 @@ fn data_of_many_samples_are_those_of_the_nearest_and_mattes_count_them_all() {
             let materials = hits.iter().map(|hit| id_of(&names.materials[hit.material(world).idx()]));
             check_matte(&film, "CryptoMaterial", pixel, materials.collect());
         }
+    }
+}
+
+#[test]
+fn no_filter_widens_what_data_layers_show() {
+    let scene = load_scene("sphere", 61, 41);
+    let film = |filter| {
+        let settings = Settings { samples: 64, sampler: Sampler::Jitter, ..center_settings(&scene.camera) };
+        let settings = Settings { filter, aovs: layers(&scene, &DATA), ..settings };
+        render_world(&scene.world, &scene.camera, &settings).film
+    };
+    let n_hit = |film: &Film| (0..film.n_pixels()).filter(|&pixel| at(film, "Z", pixel) < f64::INFINITY).count();
+    let boxed = film(Filter::Box);
+    for filter in [Filter::Triangle, Filter::Gaussian, Filter::BlackmanHarris] {
+        let wide = film(filter);
+        // Of 64 samples dozens are inside, so that a pixel is missed only where the sphere covers a part of it that none meets.
+        let (n_wide, n_boxed) = (n_hit(&wide), n_hit(&boxed));
+        assert!(n_wide <= n_boxed && n_boxed - n_wide < n_boxed / 20, "{filter:?}: {n_wide} of {n_boxed}");
+        let n_covered = (0..wide.n_pixels()).filter(|&pixel| at(&wide, "A", pixel) > 0.0).count();
+        assert!(n_covered > n_boxed, "{filter:?} smooths the picture");
     }
 }
 

@@ -1,7 +1,8 @@
 //! The layers beside the beauty: from the samples of a tile to its pixels.
 //!
 //! Colours are means over the samples, all of one weight, like the beauty. Positions, normals and ids have no mean: they are
-//! those of the sample whose hit is nearest to the viewer, the first of equals.
+//! those of one sample, the one whose hit is nearest to the viewer, the first of equals. No filter widens them: samples that a
+//! filter has placed outside of the pixel count only where none is inside.
 
 use glam::DVec3;
 
@@ -25,6 +26,8 @@ pub struct Layers<'a> {
     /// By pixel; empty unless a layer needs it.
     nearest: Vec<Nearest>,
     needs_nearest: bool,
+    /// By ray of the batch: whether it goes through its own pixel.
+    is_inside: Vec<bool>,
     /// By pixel; empty unless asked for.
     objects: Vec<Matte>,
     materials: Vec<Matte>,
@@ -33,6 +36,7 @@ pub struct Layers<'a> {
 /// The sample of a pixel whose hit is nearest to the viewer.
 #[derive(Clone, Copy, Debug)]
 struct Nearest {
+    is_inside: bool,
     z: f64,
     ray: Ray,
     hit: Hit,
@@ -40,7 +44,7 @@ struct Nearest {
 
 impl Nearest {
     fn none() -> Nearest {
-        Nearest { z: f64::INFINITY, ray: Ray::new(DVec3::ZERO, DVec3::Z), hit: Hit::MISS }
+        Nearest { is_inside: false, z: f64::INFINITY, ray: Ray::new(DVec3::ZERO, DVec3::Z), hit: Hit::MISS }
     }
 }
 
@@ -68,6 +72,7 @@ impl<'a> Layers<'a> {
             values: Vec::new(),
             nearest: Vec::new(),
             needs_nearest: aovs.any_of(&OF_THE_NEAREST),
+            is_inside: Vec::new(),
             objects: Vec::new(),
             materials: Vec::new(),
         }
@@ -89,6 +94,17 @@ impl<'a> Layers<'a> {
         }
     }
 
+    /// Begins a batch of camera rays.
+    pub fn begin_batch(&mut self) {
+        self.is_inside.clear();
+    }
+
+    /// Notes where the next ray of the batch goes through the image, in pixels from the top left corner of its own pixel.
+    pub fn note_place(&mut self, dx: f64, dy: f64) {
+        let is_within = |d: f64| (0.0..1.0).contains(&d);
+        self.is_inside.push(is_within(dx) && is_within(dy));
+    }
+
     /// Adds a sample: a camera ray of a finished level.
     pub fn add(&mut self, pixel: usize, level: &Level, ray: usize) {
         let hit = &level.hits[ray];
@@ -106,18 +122,19 @@ impl<'a> Layers<'a> {
                 add(self.starts[Aov::Lights as usize] + 3 * group, light);
             }
         }
+        if self.needs_nearest {
+            let z = if hit.is_some() { self.camera.depth(&level.rays[ray], hit.t) } else { f64::INFINITY };
+            let (is_inside, nearest) = (self.is_inside[ray], &mut self.nearest[pixel]);
+            if (is_inside && !nearest.is_inside) || (is_inside == nearest.is_inside && z < nearest.z) {
+                *nearest = Nearest { is_inside, z, ray: level.rays[ray], hit: *hit };
+            }
+        }
         if !hit.is_some() {
             return;
         }
         if self.aovs.has(Aov::Albedo) {
             let albedo = self.world.materials.diffuse[hit.material(self.world).idx()];
             add(self.starts[Aov::Albedo as usize], albedo);
-        }
-        if self.needs_nearest {
-            let z = self.camera.depth(&level.rays[ray], hit.t);
-            if z < self.nearest[pixel].z {
-                self.nearest[pixel] = Nearest { z, ray: level.rays[ray], hit: *hit };
-            }
         }
         if self.aovs.has(Aov::CryptoObject) {
             count(&mut self.objects[pixel], self.aovs.object_mattes[hit.object(self.world).idx()]);
@@ -153,7 +170,7 @@ impl<'a> Layers<'a> {
 
 /// Writes what lies at the nearest hit of a pixel.
 fn put_nearest(world: &World, aovs: &Aovs, starts: &[usize], nearest: &Nearest, values: &mut [f64]) {
-    let Nearest { z, ray, hit } = nearest;
+    let Nearest { is_inside: _, z, ray, hit } = nearest;
     let mut put = |aov: Aov, data: &[f64]| {
         if aovs.has(aov) {
             values[starts[aov as usize]..][..data.len()].copy_from_slice(data);

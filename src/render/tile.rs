@@ -169,6 +169,9 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
         }
         // Each batch goes on where the last one ended.
         let rays = wavefront.begin();
+        if LAYERED {
+            layers.begin_batch();
+        }
         let (mut place, mut sample) = first;
         while place < order.len() && rays.len() < BATCH_RAYS {
             let index = order[place] as usize;
@@ -176,6 +179,9 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
             while sample < n_samples && rays.len() < BATCH_RAYS {
                 let (dx, dy) = job.pattern.position(x, y, sample);
                 rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
+                if LAYERED {
+                    layers.note_place(dx, dy);
+                }
                 sample += 1;
             }
             if sample == n_samples {
