@@ -4,26 +4,29 @@ use std::path::Path;
 
 use glam::{DMat4, DVec4};
 
+use super::aov_args;
 use super::plan::Plan;
 use crate::film::exr::ExrAttributes;
 use crate::render::{Filter, Sampler, Settings};
+use crate::scene::Compiled;
 use crate::world::Camera;
 
 /// The name of the scene that is rendered when none is given.
 const BUILT_IN: &str = "built-in scene";
 
-/// The attributes of a render: the camera, and what tells it from other renders of the same size. None depends on the place
+/// The attributes of a render: the camera, what tells it from other renders of the same size, and the names of mattes. None depends on the place
 /// of the scene's file, the machine or the crop.
-pub fn attributes_of(input: Option<&Path>, camera: &Camera, plan: &Plan) -> ExrAttributes {
+pub fn attributes_of(input: Option<&Path>, scene: &Compiled, plan: &Plan) -> ExrAttributes {
+    let Compiled { camera, names, .. } = scene;
     let Settings { samples, sampler, filter, seed, max_depth, terminator, course, .. } = plan.settings;
-    let scene = input.and_then(Path::file_name).map_or(BUILT_IN.into(), |name| name.to_string_lossy());
+    let file = input.and_then(Path::file_name).map_or(BUILT_IN.into(), |name| name.to_string_lossy());
     let sampler = match sampler {
         Sampler::Center => "center",
         Sampler::Grid => "grid",
         Sampler::Jitter => "jitter",
     };
     // Seeds have 64 bits, and attributes have no such number.
-    let mut texts = vec![("scene", scene.into_owned()), ("sampler", sampler.into()), ("seed", seed.to_string())];
+    let mut texts = vec![("scene", file.into_owned()), ("sampler", sampler.into()), ("seed", seed.to_string())];
     let filter = match filter {
         Filter::Box => "box",
         Filter::Triangle => "triangle",
@@ -41,7 +44,11 @@ pub fn attributes_of(input: Option<&Path>, camera: &Camera, plan: &Plan) -> ExrA
         world_to_camera: Some(stored(camera_from_world(camera))),
         world_to_ndc: Some(stored(ndc_from_world(camera))),
         numbers: numbers.map(|(name, value)| (own_name(name), value)).into(),
-        texts: texts.into_iter().map(|(name, value)| (own_name(name), value)).collect(),
+        texts: texts
+            .into_iter()
+            .map(|(name, value)| (own_name(name), value))
+            .chain(aov_args::attributes(&plan.settings.aovs, names))
+            .collect(),
         ..ExrAttributes::default()
     }
 }

@@ -17,7 +17,7 @@ use super::progress::Progress;
 use super::stats::{MemoryBytes, Seconds, Stats};
 use super::{aov_args, diagnostic, exr_attributes, terminal};
 use crate::accel::{Accel, AccelKind};
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, Problem};
 use crate::film::{Film, Rows};
 use crate::render::{self, Control, Counts, Settings};
 use crate::scene::{Compiled, machine};
@@ -44,14 +44,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let loaded = timed(&mut seconds.load, || pool.install(|| files::load(args.input.as_deref(), &overrides)));
     interrupt.check()?;
     let scene = loaded?;
-    if !args.quiet && !scene.warnings.is_empty() {
-        terminal::print_error(&diagnostic::warnings(&scene.warnings, terminal::stderr_is_coloured()));
-    }
+    warn(args, &scene.warnings);
     let plan = plan::settle(args, &scene)?;
-    let mattes = aov_args::warnings(&plan.settings.aovs, &scene.names);
-    if !args.quiet && !mattes.is_empty() {
-        terminal::print_error(&diagnostic::warnings(&mattes, terminal::stderr_is_coloured()));
-    }
+    warn(args, &aov_args::warnings(&plan.settings.aovs, &scene.names));
     let need = Need::of(&scene.world, &scene.camera, &plan, &outputs);
     need.check(machine::available_bytes())?;
 
@@ -60,8 +55,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drop(pool);
     interrupt.check()?;
     let mut film = render::new_film(&scene.camera, &plan.settings);
-    let mut attributes = exr_attributes::attributes_of(args.input.as_deref(), &scene.camera, &plan);
-    attributes.texts.extend(aov_args::attributes(&plan.settings.aovs, &scene.names));
+    let attributes = exr_attributes::attributes_of(args.input.as_deref(), &scene, &plan);
     let mut images = output::early_encoders(&outputs, &film, &plan, &attributes)?;
     let encode = |rows: &Rows| images.iter().for_each(|image| image.encoder.encode(rows));
     let counts = timed(&mut seconds.trace, || {
@@ -101,6 +95,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         terminal::print(&stats().summary(&written))?;
     }
     Ok(())
+}
+
+fn warn(args: &RenderArgs, warnings: &[Problem]) {
+    if !args.quiet && !warnings.is_empty() {
+        terminal::print_error(&diagnostic::warnings(warnings, terminal::stderr_is_coloured()));
+    }
 }
 
 /// Runs a step and notes how long it took.
