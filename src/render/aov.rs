@@ -67,7 +67,7 @@ impl Aov {
         Aov::CryptoMaterial,
     ];
 
-    /// The parts of the beauty at the first hit, in the order of [`super::parts::Lobe`].
+    /// The parts of the beauty at the first hit, in order.
     pub const LOBES: [Aov; 6] =
         [Aov::Ambient, Aov::Diffuse, Aov::Specular, Aov::Reflection, Aov::Refraction, Aov::Background];
 }
