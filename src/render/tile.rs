@@ -177,7 +177,8 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
             let index = order[place] as usize;
             let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
             while sample < n_samples && rays.len() < BATCH_RAYS {
-                let (dx, dy) = job.pattern.position(x, y, sample);
+                // A single sample is the centre, whatever the pattern.
+                let (dx, dy) = if ONE_SAMPLE { (0.5, 0.5) } else { job.pattern.position(x, y, sample) };
                 rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
                 if LAYERED {
                     layers.note_place(dx, dy);
