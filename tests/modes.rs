@@ -62,6 +62,38 @@ fn aimed(world: &World, n_packets: u64, seed: u64) -> Vec<Ray> {
     rays
 }
 
+/// Long beams through a crowd of small triangles: what the tree cuts.
+fn beams() -> World {
+    let mut random = Random::new(11, "beams", 0);
+    let mut point = |size: f64| (size * DVec3::from_array([0; 3].map(|_| random.uniform(-1.0, 1.0)))).as_vec3();
+    let mut positions = Vec::new();
+    for i in 0..2000 {
+        let at = point(10.0);
+        let (along, across) = if i % 4 == 0 { (point(12.0), point(0.05)) } else { (point(0.1), point(0.1)) };
+        // Every other beam runs along an axis.
+        let along = if i % 8 == 0 { Vec3::new(along.x, 0.0, 0.0) } else { along };
+        positions.extend([at, at + along, at + across]);
+    }
+    let triangles = (0..2000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    World::from_triangles(positions, triangles).unwrap()
+}
+
+#[test]
+fn triangles_that_the_tree_cuts_are_hit_as_if_they_were_whole() {
+    let world = beams();
+    let bytes = |preset| Accel::build_with(&world, AccelKind::Bvh, preset).stats().memory_bytes;
+    assert!(bytes(Preset::High) > bytes(Preset::Fast) * 11 / 10, "nothing was cut");
+    let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    all_agree("beams", &world, &aimed(&world, 60 * factor, 3));
+    // The same beams twice: the first of two is hit.
+    let twice = |column: &[Vec3]| [column, column].concat();
+    let n = world.triangles.positions.len() as u32;
+    let rows = world.triangles.vertices.iter();
+    let copies = rows.clone().copied().chain(rows.map(|corners| corners.map(|corner| corner + n)));
+    let doubled = World::from_triangles(twice(&world.triangles.positions), copies.collect()).unwrap();
+    all_agree("beams twice", &doubled, &aimed(&doubled, 20 * factor, 4));
+}
+
 #[test]
 fn aimed_packets_are_answered_like_the_full_scan() {
     let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);

@@ -50,6 +50,15 @@ pub fn max_growth(preset: Preset) -> f32 {
     }
 }
 
+/// Boxes more than primitives that large triangles may be cut into, in shares of the primitives.
+pub fn split_share(preset: Preset) -> f64 {
+    match preset {
+        Preset::Fast => 0.0,
+        Preset::Medium => 0.1,
+        Preset::High => 0.3,
+    }
+}
+
 /// Builds the tree; the groups are left without their clusters and items.
 pub fn build(groups: &mut Groups, preset: Preset) -> BinaryTree {
     let effort = Effort::of(preset);

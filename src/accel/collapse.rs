@@ -170,7 +170,13 @@ impl Opener<'_> {
             Item::Prim(prim) => Some(*prim),
             Item::List(_) => None,
         };
-        self.is_end(child).then(|| End::Leaf(run.iter().filter_map(prims).collect()))
+        self.is_end(child).then(|| {
+            let mut leaf: Vec<PrimRef> = run.iter().filter_map(prims).collect();
+            // Pieces of one triangle.
+            leaf.sort_unstable();
+            leaf.dedup();
+            End::Leaf(leaf)
+        })
     }
 
     fn bounds(&self, child: Child) -> Bounds {

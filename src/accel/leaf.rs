@@ -168,6 +168,10 @@ impl Batch for ByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
         let ByOne { tree, walk, candidate } = self;
+        // A triangle that was cut stands in several leaves.
+        if walk.best.is_of(candidate.row(tree), tree) {
+            return;
+        }
         // Mostly it is what the ray has just left.
         if !triangle::is_behind(&walk.ray, candidate.corners(tree)) {
             offer(tree, walk, candidate.intersect(tree, &walk.ray));

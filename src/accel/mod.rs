@@ -24,6 +24,7 @@ mod single;
 mod slab;
 mod sliver;
 mod slot;
+mod split;
 mod stream;
 mod walk;
 mod wide;
@@ -284,7 +285,8 @@ impl Accel {
 }
 
 /// Builds the tree of what has boxes.
-fn build_tree(world: &World, prims: Vec<PrimRef>, boxes: Vec<Bounds>, preset: Preset) -> WideTree {
+fn build_tree(world: &World, mut prims: Vec<PrimRef>, mut boxes: Vec<Bounds>, preset: Preset) -> WideTree {
+    split::split(world, &mut prims, &mut boxes, build::split_share(preset));
     let mut groups = duplicate::group(world, &prims, &boxes, build::max_growth(preset));
     drop((prims, boxes));
     let binary = build::build(&mut groups, preset);

@@ -226,6 +226,10 @@ impl Batch for ClosestByOne<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let ClosestByOne { tree, found, i, triangle } = self;
+        // A triangle that was cut stands in several leaves.
+        if found.is_pending >> i & 1 == 1 && found.pending[i].row(tree) == triangle.row(tree) {
+            return;
+        }
         let Some(ray) = found.rays[i].prepare_with(simd) else { return };
         if found.is_pending >> i & 1 == 1 {
             found.is_pending &= !(1 << i);

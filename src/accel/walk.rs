@@ -10,7 +10,7 @@ use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
 use crate::simd::{F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
-use crate::world::Hit;
+use crate::world::{Hit, InstanceId, PrimKind, PrimRef};
 
 /// A ray on its way.
 #[derive(Clone, Copy, Debug)]
@@ -141,6 +141,15 @@ pub fn thick_slab(ray: PreparedRay, share: f64) -> SlabRay {
 impl Best {
     /// No hit yet.
     const NOTHING: Best = Best { hit: Hit::MISS, pending: None, t_low: f32::INFINITY, t_high: f32::INFINITY };
+
+    /// Whether the best is a triangle of this row, in this tree.
+    #[inline(always)]
+    pub fn is_of(&self, row: usize, tree: &WideTree) -> bool {
+        match self.pending {
+            Some(pending) => pending.row(tree) == row,
+            None => self.hit.prim == PrimRef::new(PrimKind::Triangle, row) && self.hit.instance == InstanceId::WORLD,
+        }
+    }
 
     #[inline(always)]
     fn exact(hit: Hit) -> Best {
