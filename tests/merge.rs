@@ -238,6 +238,10 @@ fn what_cannot_be_merged_is_refused_and_nothing_is_written() {
     room.succeeds(&format!("{render} --crop 0,10,40,30 --crop-output full -o full.exr"));
     room.succeeds(&format!("{render} --crop 0,10,40,30 --fov 11 -o stranger.exr"));
     room.succeeds(&format!("{render} -o picture.png"));
+    // The same scene by its name, in which a light is a little brighter.
+    let edited = fs::read_to_string(&scene).unwrap().replace("intensity = 1\n", "intensity = 1.01\n");
+    fs::write(room.0.path().join("sphere.toml"), edited).unwrap();
+    room.succeeds("render sphere.toml --width 40 --height 30 --samples 1 -q --crop 0,10,40,30 -o edited.exr");
     fs::write(room.0.path().join("text.exr"), "no image").unwrap();
 
     room.fails("merge out.exr", 2, &["INPUTS"]);
@@ -249,6 +253,7 @@ fn what_cannot_be_merged_is_refused_and_nothing_is_written() {
     room.fails("merge out.exr a.exr text.exr", 1, &["text.exr", "only EXR files"]);
     room.fails("merge out.exr a.exr", 1, &["800 pixels", "0,10", "a.exr"]);
     room.fails("merge out.exr a.exr stranger.exr", 1, &["stranger.exr", "a.exr", "worldToNDC"]);
+    room.fails("merge out.exr a.exr edited.exr", 1, &["edited.exr", "a.exr", "flatray/world"]);
     room.fails("merge out.exr a.exr full.exr", 1, &["full.exr", "a.exr", "the pixel 18,4"]);
     let cut = &room.bytes("b.exr")[..1500];
     fs::write(room.0.path().join("cut.exr"), cut).unwrap();

@@ -172,7 +172,7 @@ impl Planes {
         let least = 0.5 * (b - a).cross(c - a).abs().element_sum();
         let waste = half_area(bounds, self.inverse_size) - least;
         // Cube roots from the platform may differ in their last bit; libm's do not.
-        libm::cbrt((waste * f64::from(-(plane.level as f32)).exp2()).max(0.0)) as f32
+        libm::cbrt((waste * 0.5_f64.powi(plane.level as i32)).max(0.0)) as f32
     }
 
     /// Boxes around the pieces of a triangle.

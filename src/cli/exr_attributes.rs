@@ -4,8 +4,9 @@ use std::path::Path;
 
 use glam::{DMat4, DVec4};
 
-use super::aov_args;
+use super::args::RenderArgs;
 use super::plan::Plan;
+use super::{aov_args, output};
 use crate::film::exr::ExrAttributes;
 use crate::render::{Filter, Sampler, Settings};
 use crate::scene::Compiled;
@@ -16,10 +17,13 @@ const BUILT_IN: &str = "built-in scene";
 
 /// The attributes of a render: the camera, what tells it from other renders of the same size, and the names of mattes. None depends on the place
 /// of the scene's file, the machine or the crop.
-pub fn attributes_of(input: Option<&Path>, scene: &Compiled, plan: &Plan) -> ExrAttributes {
-    let Compiled { camera, names, .. } = scene;
+pub fn attributes_of(args: &RenderArgs, scene: &Compiled, plan: &Plan) -> ExrAttributes {
+    if !output::writes_exr(args) {
+        return ExrAttributes::default();
+    }
+    let Compiled { camera, names, world, .. } = scene;
     let Settings { samples, sampler, filter, seed, max_depth, terminator, course, .. } = plan.settings;
-    let file = input.and_then(Path::file_name).map_or(BUILT_IN.into(), |name| name.to_string_lossy());
+    let file = args.input.as_deref().and_then(Path::file_name).map_or(BUILT_IN.into(), |name| name.to_string_lossy());
     let sampler = match sampler {
         Sampler::Center => "center",
         Sampler::Grid => "grid",
@@ -34,6 +38,7 @@ pub fn attributes_of(input: Option<&Path>, scene: &Compiled, plan: &Plan) -> Exr
         Filter::BlackmanHarris => "blackman-harris",
     };
     texts.push(("filter", filter.into()));
+    texts.push(("world", format!("{:08x}", world.fingerprint())));
     if course {
         texts.push(("compat", "course".into()));
     }

@@ -55,7 +55,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drop(pool);
     interrupt.check()?;
     let mut film = render::new_film(&scene.camera, &plan.settings);
-    let attributes = exr_attributes::attributes_of(args.input.as_deref(), &scene, &plan);
+    let attributes = exr_attributes::attributes_of(args, &scene, &plan);
     let mut images = output::early_encoders(&outputs, &film, &plan, &attributes)?;
     let encode = |rows: &Rows| images.iter().for_each(|image| image.encoder.encode(rows));
     let counts = timed(&mut seconds.trace, || {

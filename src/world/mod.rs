@@ -6,6 +6,7 @@
 pub mod bounds;
 pub mod camera;
 mod clip_box;
+mod fingerprint;
 pub mod id;
 pub mod instance;
 pub mod light;
