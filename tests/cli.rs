@@ -1,12 +1,14 @@
 //! The command line as a user meets it: exit codes, messages, and which files are there afterwards.
 
-#![allow(clippy::print_stderr)]
+/// What a test says that cannot run.
+mod skip;
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
+use skip::skip;
 use tempfile::TempDir;
 
 const SCENE: &str = r#"
@@ -329,7 +331,7 @@ fn a_directory_without_permission_is_refused() {
     fs::create_dir(&locked).unwrap();
     fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
     if fs::write(locked.join("probe"), "").is_ok() {
-        eprintln!("SKIPPED: permissions do not bind this user");
+        skip("permissions do not bind this user");
         return;
     }
     room.fails("render scene.toml -o locked/a.png", 1, &["locked"]);
@@ -377,7 +379,7 @@ fn an_image_larger_than_memory_is_refused() {
     let available = fs::read_to_string("/proc/meminfo").unwrap();
     let available = available.lines().find_map(|line| line.strip_prefix("MemAvailable:")).unwrap();
     if available.trim().trim_end_matches(" kB").parse::<u64>().unwrap() >> 20 > 60 {
-        eprintln!("SKIPPED: this machine has memory for the largest image");
+        skip("this machine has memory for the largest image");
         return;
     }
     room.fails("render scene.toml --width 46000 --height 46000 --compat course", 1, &["memory", "--crop"]);

@@ -3,9 +3,10 @@
 //!
 //! Needs `python3` with these packages and numpy; skipped, saying so, where they are absent.
 
-// A skipped test says so.
-#![allow(clippy::print_stderr)]
+/// What a test says that cannot run.
+mod skip;
 
+use skip::skip;
 use std::path::Path;
 use std::process::Command;
 
@@ -13,13 +14,13 @@ use std::process::Command;
 fn run_script(arguments: &[&str]) -> bool {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/compositing.py");
     let Ok(output) = Command::new("python3").arg(script).args(arguments).output() else {
-        eprintln!("SKIPPED: this test needs python3");
+        skip("this test needs python3");
         return false;
     };
     match output.status.code() {
         Some(0) => true,
         Some(77) => {
-            eprintln!("SKIPPED: this test needs the PyPI packages cryptomatte-api, OpenEXR and numpy");
+            skip("this test needs the PyPI packages cryptomatte-api, OpenEXR and numpy");
             false
         }
         _ => panic!("compositing.py {arguments:?} failed:\n{}", String::from_utf8_lossy(&output.stderr)),

@@ -1,8 +1,5 @@
 //! Materials and normals that come with OBJ files, from the file to the tables of the world.
 
-// Skips are said out loud.
-#![allow(clippy::print_stderr)]
-
 mod nasty;
 mod shared_data;
 

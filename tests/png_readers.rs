@@ -2,8 +2,8 @@
 //!
 //! Needs `python3` with the package pypng; skipped, saying so, where they are absent.
 
-// A skipped test says so.
-#![allow(clippy::print_stderr)]
+/// What a test says that cannot run.
+mod skip;
 
 use std::fs;
 use std::path::Path;
@@ -11,6 +11,7 @@ use std::process::Command;
 
 use flatray::film::tone_map::{exposure_factor, quantize8, quantize16, srgb_from_linear};
 use flatray::film::{BitDepth, Display, Film, Picture, Plane, Region, Samples, ToneMap, output, png};
+use skip::skip;
 
 /// A ramp of greens and reds over more than two bands of rows, from black to far above white.
 fn film() -> Film {
@@ -49,12 +50,12 @@ fn an_independent_reader_finds_the_levels_and_chunks_of_our_files() {
 
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/png_reader.py");
         let Ok(output) = Command::new("python3").arg(script).arg(&file).arg(bits).arg(&raw_file).output() else {
-            eprintln!("SKIPPED: this test needs python3");
+            skip("this test needs python3");
             return;
         };
         match output.status.code() {
             Some(0) => {}
-            Some(77) => eprintln!("SKIPPED: this test needs the PyPI package pypng"),
+            Some(77) => skip("this test needs the PyPI package pypng"),
             _ => panic!("png_reader.py failed:\n{}", String::from_utf8_lossy(&output.stderr)),
         }
     }

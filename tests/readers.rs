@@ -4,10 +4,10 @@
 //! Needs `python3` with the packages OpenEXR, OpenImageIO and numpy, `oiiotool` of the second, and Debian's `exrinfo`; each test is
 //! skipped, saying so, where what it needs is absent.
 
-// A skipped test says so.
-#![allow(clippy::print_stderr)]
-
 mod film_kit;
+
+/// What a test says that cannot run.
+mod skip;
 
 use std::ffi::OsStr;
 use std::fs;
@@ -19,19 +19,20 @@ use film_kit::{all_options, layered_film};
 use flatray::film::exr::{self, ExrAttributes, ExrOptions};
 use flatray::film::{Content, Film, Plane, Region, Samples, output};
 use half::f16;
+use skip::skip;
 
 /// Runs `readers.py`; `false` when the modules that it needs are missing.
 fn run_readers(arguments: &[&OsStr]) -> bool {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers.py");
     let Ok(output) = Command::new("python3").arg(script).args(arguments).output() else {
-        eprintln!("SKIPPED: this test needs python3");
+        skip("this test needs python3");
         return false;
     };
     let text = String::from_utf8_lossy(&output.stderr);
     match output.status.code() {
         Some(0) => true,
         Some(77) => {
-            eprintln!("SKIPPED: this test needs PyPI packages: {}", String::from_utf8_lossy(&output.stdout).trim());
+            skip(&format!("this test needs PyPI packages: {}", String::from_utf8_lossy(&output.stdout).trim()));
             false
         }
         _ => panic!("readers.py {arguments:?} failed:\n{text}"),
@@ -177,7 +178,7 @@ fn openimageio_finds_every_bit_of_every_kind_of_file() {
 #[test]
 fn exrinfo_finds_nothing_wrong_with_any_kind_of_file() {
     if Command::new("exrinfo").arg("--version").output().is_err() {
-        eprintln!("SKIPPED: this test needs exrinfo, of Debian's package openexr");
+        skip("this test needs exrinfo, of Debian's package openexr");
         return;
     }
     let directory = tempfile::tempdir().unwrap();
@@ -193,7 +194,7 @@ fn exrinfo_finds_nothing_wrong_with_any_kind_of_file() {
 #[test]
 fn oiiotool_joins_crops_to_the_pixels_that_we_join_them_to() {
     if Command::new("oiiotool").arg("--version").output().is_err() {
-        eprintln!("SKIPPED: this test needs oiiotool, of the PyPI package OpenImageIO");
+        skip("this test needs oiiotool, of the PyPI package OpenImageIO");
         return;
     }
     let directory = tempfile::tempdir().unwrap();

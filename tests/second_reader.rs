@@ -2,9 +2,6 @@
 //!
 //! Needs `python3` with the packages trimesh and numpy; skipped, saying so, where they are absent.
 
-// A skipped test says so.
-#![allow(clippy::print_stderr)]
-
 mod mesh_kit;
 mod shared_data;
 
@@ -16,16 +13,17 @@ use flatray::scene::mesh;
 use glam::Vec3;
 use mesh_kit::valid_files;
 use shared_data::shared;
+use shared_data::skip::skip;
 
 /// Name, triangles, smallest and largest corner, as another reader has them; `None` when it is not there.
 fn second_reader(folder: &Path) -> Option<Vec<(String, usize, [f32; 6])>> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/second_reader.py");
     let Ok(output) = Command::new("python3").arg(script).arg(folder).output() else {
-        eprintln!("SKIPPED: this test needs python3");
+        skip("this test needs python3");
         return None;
     };
     if output.status.code() == Some(77) {
-        eprintln!("SKIPPED: this test needs the PyPI packages trimesh and numpy");
+        skip("this test needs the PyPI packages trimesh and numpy");
         return None;
     }
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -1,8 +1,5 @@
 //! The generated sphereflake against the published file of the Standard Procedural Databases.
 
-// Skips are said out loud.
-#![allow(clippy::print_stderr)]
-
 mod shared_data;
 
 use std::process::Command;
@@ -10,6 +7,7 @@ use std::process::Command;
 use flatray::measure::generate::sphereflake::{DEPTH, spheres};
 use glam::DVec3;
 use shared_data::shared;
+use shared_data::skip::skip;
 
 /// The file has six digits behind the point: half of the last, and as much again for the rounding of ours.
 const LAST_DIGIT: f64 = 1e-6;
@@ -19,7 +17,7 @@ fn it_is_the_sphereflake_of_the_published_file() {
     let Some(file) = shared("spd/balls.nff.zst") else { return };
     let Some(output) = Command::new("zstd").arg("-dc").arg(file).output().ok().filter(|out| out.status.success())
     else {
-        eprintln!("SKIPPED: this test needs the program zstd");
+        skip("this test needs the program zstd");
         return;
     };
     let text = String::from_utf8(output.stdout).unwrap();
