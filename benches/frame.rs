@@ -15,7 +15,7 @@ use flatray::accel::{Accel, AccelKind};
 use flatray::film::output::Format;
 use flatray::film::{BitDepth, Display, EncodeOptions, Encoder, Film, Picture, Region, Rows, ToneMap};
 use flatray::measure::generate::terrain;
-use flatray::render::{Aovs, Control, Counts, Filter, Rendered, Sampler, Settings, new_film, render, render_into};
+use flatray::render::{Control, Counts, Rendered, Settings, new_film, render, render_into};
 use flatray::scene::mesh;
 use flatray::world::{Camera, World};
 use glam::{DVec3, Vec3};
@@ -32,20 +32,9 @@ struct Scene {
     accel: Accel,
 }
 
-fn settings(region: Region) -> Settings {
-    Settings {
-        samples: 1,
-        sampler: Sampler::Center,
-        filter: Filter::Box,
-        seed: 0,
-        max_depth: 5,
-        tile_size_px: 32,
-        threads: std::thread::available_parallelism().map_or(1, usize::from),
-        region,
-        terminator: false,
-        course: false,
-        aovs: Aovs::default(),
-    }
+fn settings(camera: &Camera, region: Region) -> Settings {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    Settings { threads, region, ..Settings::new(camera) }
 }
 
 /// Ascii PLY, gzipped, as scans come.
@@ -77,7 +66,7 @@ fn scene(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Scene {
 }
 
 fn trace(Scene { world, camera, accel }: &Scene, region: Region) -> Rendered {
-    render(world, accel, camera, &settings(region), &Control::default()).unwrap()
+    render(world, accel, camera, &settings(camera, region), &Control::default()).unwrap()
 }
 
 /// The bytes of a file whose film is finished.
@@ -89,7 +78,7 @@ fn encode(format: Format, film: &Film) -> Vec<u8> {
 
 /// The bytes of both files, encoded while the frame is rendered.
 fn trace_and_encode(Scene { world, camera, accel }: &Scene) -> ([Vec<u8>; 2], Counts) {
-    let settings = settings(Region::whole(WIDTH_PX, HEIGHT_PX));
+    let settings = settings(camera, Region::whole(WIDTH_PX, HEIGHT_PX));
     let mut film = new_film(camera, &settings);
     let encoders = [Format::Exr, Format::Png]
         .map(|format| Encoder::new(format, &film, &EncodeOptions::of_display(DISPLAY)).unwrap());

@@ -15,24 +15,15 @@ use std::time::Instant;
 use flatray::accel::{Accel, AccelKind};
 use flatray::film::cryptomatte::id_of;
 use flatray::film::output::Format;
-use flatray::film::{Content, Display, EncodeOptions, Encoder, Film, Picture, Region, Samples, exr};
-use flatray::render::{Aov, Aovs, Control, Filter, Sampler, Settings, render};
+use flatray::film::{Content, Display, EncodeOptions, Encoder, Film, Picture, Samples, exr};
+use flatray::render::{Aov, Aovs, Control, Sampler, Settings, render};
 use flatray::scene::{self, Overrides};
 
-const LAYERS: [Aov; 12] = [
-    Aov::Ambient,
-    Aov::Diffuse,
-    Aov::Specular,
-    Aov::Reflection,
-    Aov::Refraction,
-    Aov::Background,
-    Aov::Albedo,
-    Aov::Z,
-    Aov::P,
-    Aov::N,
-    Aov::CryptoObject,
-    Aov::CryptoMaterial,
-];
+/// Six lobes and as many others.
+fn layers() -> Vec<Aov> {
+    let others = [Aov::Albedo, Aov::Z, Aov::P, Aov::N, Aov::CryptoObject, Aov::CryptoMaterial];
+    [Aov::LOBES, others].concat()
+}
 
 fn rendered(width_px: u32, height_px: u32) -> Film {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/light_groups.toml");
@@ -42,19 +33,14 @@ fn rendered(width_px: u32, height_px: u32) -> Film {
     let settings = Settings {
         samples: 4,
         sampler: Sampler::Jitter,
-        filter: Filter::Box,
-        seed: 0,
         max_depth: 4,
-        tile_size_px: 32,
         threads: std::thread::available_parallelism().map_or(1, usize::from),
-        region: Region::whole(width_px, height_px),
-        terminator: false,
-        course: false,
         aovs: Aovs {
             object_mattes: ids(&scene.names.objects),
             material_mattes: ids(&scene.names.materials),
-            ..Aovs::of(&LAYERS)
+            ..Aovs::of(&layers())
         },
+        ..Settings::new(&scene.camera)
     };
     let accel = Accel::build(&scene.world, AccelKind::Bvh);
     render(&scene.world, &accel, &scene.camera, &settings, &Control::default()).unwrap().film

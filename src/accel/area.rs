@@ -11,6 +11,8 @@ use crate::world::Bounds;
 /// vanish, and boxes keep all their bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
+    /// The box around the scene, unscaled.
+    pub whole: Bounds,
     factor: f32,
     lo: Vec3,
     inverse_extent: f32,
@@ -24,20 +26,27 @@ impl Scale {
     /// The scale of a scene of these boxes.
     pub fn of(boxes: &[Bounds]) -> Scale {
         let Some(whole) = boxes.par_iter().copied().reduce_with(Bounds::union) else {
-            return Scale { factor: 1.0, lo: Vec3::ZERO, inverse_extent: 0.0 };
+            let whole = Bounds { lo: Vec3::ZERO, hi: Vec3::ZERO };
+            return Scale { whole, factor: 1.0, lo: Vec3::ZERO, inverse_extent: 0.0 };
         };
         let largest = whole.lo.abs().max(whole.hi.abs()).max_element();
         let exponent = (largest.to_bits() >> 23) as i32 - 127;
         let factor = f32::from_bits(((127 - exponent.clamp(-126, 126)) as u32) << 23);
         let extent = (factor * whole.hi - factor * whole.lo).max_element();
         let inverse_extent = if extent > 0.0 { (1.0 / extent).min(f32::MAX) } else { 0.0 };
-        Scale { factor, lo: factor * whole.lo, inverse_extent }
+        Scale { whole, factor, lo: factor * whole.lo, inverse_extent }
+    }
+
+    /// A point in the scaled scene.
+    #[inline]
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        self.factor * p
     }
 
     /// A box in the scaled scene.
     #[inline]
     pub fn scaled(&self, bounds: &Bounds) -> Bounds {
-        Bounds { lo: self.factor * bounds.lo, hi: self.factor * bounds.hi }
+        Bounds { lo: self.point(bounds.lo), hi: self.point(bounds.hi) }
     }
 
     /// The centre of a box, in the cube around the scene as the unit cube.

@@ -59,8 +59,7 @@ const PIECE: usize = 4096;
 /// Sorts primitives along a Morton curve, groups them by box and joins neighbours to clusters that are
 /// at most `max_growth` times as large as their parts. Pieces of the curve are worked on each on its own, so that the outcome does not depend on threads; neighbours in two
 /// pieces are not joined.
-pub fn group(world: &World, prims: &[PrimRef], boxes: &[Bounds], max_growth: f32) -> Groups {
-    let scale = Scale::of(boxes);
+pub fn group(world: &World, prims: &[PrimRef], boxes: &[Bounds], scale: Scale, max_growth: f32) -> Groups {
     let curve = Curve::through(boxes, &scale);
     let pieces: Vec<Groups> = curve
         .pieces(PIECE)

@@ -37,6 +37,7 @@ use crate::BARE;
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
+use area::Scale;
 use packet::PacketQuery;
 use query::{Any, Asked, Closest, Query, Todo};
 use wide::WideTree;
@@ -286,8 +287,9 @@ impl Accel {
 
 /// Builds the tree of what has boxes.
 fn build_tree(world: &World, mut prims: Vec<PrimRef>, mut boxes: Vec<Bounds>, preset: Preset) -> WideTree {
-    split::split(world, &mut prims, &mut boxes, build::split_share(preset));
-    let mut groups = duplicate::group(world, &prims, &boxes, build::max_growth(preset));
+    let scale = Scale::of(&boxes);
+    split::split(world, &mut prims, &mut boxes, &scale, build::split_share(preset));
+    let mut groups = duplicate::group(world, &prims, &boxes, scale, build::max_growth(preset));
     drop((prims, boxes));
     let binary = build::build(&mut groups, preset);
     collapse::collapse(world, &groups, binary)

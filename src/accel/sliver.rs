@@ -8,9 +8,9 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::split::CLIP_ERROR;
 use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
 use super::{join, morton};
-use crate::numeric::U;
 use crate::world::{Bounds, PrimRef, World};
 
 /// Triangles in one box from which on they are cut in space. Below, testing all of them costs less than more boxes.
@@ -18,11 +18,6 @@ pub const BUNDLE: usize = 64;
 
 /// Slices of a bundle. A slice costs a box per leaf, four bytes per triangle.
 const N_SLICES: usize = 32;
-
-/// Rounding of an interpolated point, in shares of the largest coordinate. What is added to a corner is at most twice
-/// that and goes through four operations of u each, and the sum is rounded once more; as much again for the point of the
-/// plane itself.
-const CLIP_ERROR: f64 = 20.0 * U;
 
 impl WideTree {
     /// Appends a bundle of triangles.

@@ -15,6 +15,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::area::Scale;
 use crate::numeric::U;
 use crate::world::{Bounds, PrimKind, PrimRef, World};
 
@@ -33,14 +34,14 @@ const LEVELS: u32 = 16;
 const MAX_SPLITS: u32 = 255;
 
 /// Rounding of a point where an edge meets a plane, in shares of the largest coordinate (`docs/NUMERICS.md`, "Boxes of pieces").
-const CLIP_ERROR: f64 = 20.0 * U;
+pub(super) const CLIP_ERROR: f64 = 20.0 * U;
 
 /// Corners of a piece at most: a plane adds one, and along each axis only the last plane of either side still cuts.
 const MAX_CORNERS: usize = 9;
 
 /// Cuts triangles until there are up to `share` times as many boxes more; nothing where that gains nothing.
-pub fn split(world: &World, prims: &mut Vec<PrimRef>, boxes: &mut Vec<Bounds>, share: f64) {
-    let Some(planes) = Planes::of(boxes) else { return };
+pub fn split(world: &World, prims: &mut Vec<PrimRef>, boxes: &mut Vec<Bounds>, scale: &Scale, share: f64) {
+    let planes = Planes::of(scale);
     // Where most of a scene is large, a few cuts are lost on it.
     if !LARGE_MET.contains(&planes.n_large_met(boxes)) {
         return;
@@ -98,11 +99,10 @@ fn factor_of(weights: &[f32], budget: u64) -> Option<f64> {
 }
 
 /// The planes that halve a scene again and again along each axis.
-struct Planes {
+struct Planes<'a> {
+    scale: &'a Scale,
     lo: DVec3,
     extent: DVec3,
-    /// One over the longest edge of the scene.
-    inverse_size: f64,
 }
 
 /// A plane across an axis.
@@ -114,23 +114,23 @@ struct Plane {
     level: u32,
 }
 
-impl Planes {
-    fn of(boxes: &[Bounds]) -> Option<Planes> {
-        let whole = boxes.par_iter().copied().reduce_with(Bounds::union)?;
-        let (lo, extent) = (whole.lo.as_dvec3(), whole.extent());
-        let size = extent.max_element();
-        (size > 0.0).then(|| Planes { lo, extent, inverse_size: 1.0 / size })
+impl Planes<'_> {
+    fn of(scale: &Scale) -> Planes<'_> {
+        Planes { scale, lo: scale.whole.lo.as_dvec3(), extent: scale.whole.extent() }
+    }
+
+    fn half_area(&self, bounds: &Bounds) -> f64 {
+        f64::from(self.scale.half_area(bounds))
     }
 
     /// How many large boxes a random ray through the scene meets.
     fn n_large_met(&self, boxes: &[Bounds]) -> f64 {
-        let whole = self.extent * self.inverse_size;
-        let whole = whole.x * (whole.y + whole.z) + whole.y * whole.z;
+        let whole = self.half_area(&self.scale.whole);
         let large = LARGE * whole / boxes.len() as f64;
-        let area = |b: &Bounds| Some(half_area(b, self.inverse_size)).filter(|&area| area > large).unwrap_or(0.0);
+        let area = |b: &Bounds| Some(self.half_area(b)).filter(|&area| area > large).unwrap_or(0.0);
         // Runs in their order, so that the sum does not depend on threads.
         let sums: Vec<f64> = boxes.par_chunks(CHUNK).map(|run| run.iter().map(area).sum()).collect();
-        if whole > 0.0 { sums.iter().sum::<f64>() / whole } else { 0.0 }
+        sums.iter().sum::<f64>() / whole
     }
 
     /// The plane of the lowest level that cuts a box, across its longest edge where several are of that level.
@@ -138,7 +138,7 @@ impl Planes {
         let n_cells = f64::from(1u32 << LEVELS);
         let cell = |p: Vec3, axis: usize| {
             let cell = (f64::from(p[axis]) - self.lo[axis]) / self.extent[axis] * n_cells;
-            // NaN, of a scene that is flat, counts as 0.
+            // NaN, along an axis in which the scene is flat, counts as 0.
             cell.clamp(0.0, n_cells - 1.0) as u32
         };
         let mut best: Option<Plane> = None;
@@ -167,10 +167,10 @@ impl Planes {
             return 0.0;
         }
         let Some(plane) = self.best(bounds) else { return 0.0 };
-        let [a, b, c] = world.triangles.corners(prim.row()).map(|corner| corner.as_dvec3() * self.inverse_size);
+        let [a, b, c] = world.triangles.corners(prim.row()).map(|corner| self.scale.point(corner).as_dvec3());
         // The least area that the boxes of ever more pieces can have, seen along the three axes.
         let least = 0.5 * (b - a).cross(c - a).abs().element_sum();
-        let waste = half_area(bounds, self.inverse_size) - least;
+        let waste = self.half_area(bounds) - least;
         // Cube roots from the platform may differ in their last bit; libm's do not.
         libm::cbrt((waste * 0.5_f64.powi(plane.level as i32)).max(0.0)) as f32
     }
@@ -184,22 +184,14 @@ impl Planes {
                 boxes.push(bounds);
                 continue;
             };
-            let (low_area, high_area) =
-                (half_area(&low_box, self.inverse_size), half_area(&high_box, self.inverse_size));
+            let (low_area, high_area) = (self.half_area(&low_box), self.half_area(&high_box));
             let share = low_area / (low_area + high_area);
             let left = n_splits - 1;
-            // NaN, of two boxes without area, becomes 0.
             let n_low = ((f64::from(left) * share).round() as u32).min(left);
             stack.push((high, high_box, left - n_low));
             stack.push((low, low_box, n_low));
         }
     }
-}
-
-/// Half the area of a box, in a scene of size 1.
-fn half_area(bounds: &Bounds, inverse_size: f64) -> f64 {
-    let e = bounds.extent() * inverse_size;
-    e.x * (e.y + e.z) + e.y * e.z
 }
 
 /// A convex part of a triangle.
@@ -289,7 +281,8 @@ mod tests {
         let mut prims: Vec<PrimRef> = (0..600).map(|row| PrimRef::new(PrimKind::Triangle, row)).collect();
         let whole: Vec<Bounds> = (0..600).map(|row| world.triangles.bounds(row)).collect();
         let mut boxes = whole.clone();
-        split(&world, &mut prims, &mut boxes, 2.0);
+        let scale = Scale::of(&boxes);
+        split(&world, &mut prims, &mut boxes, &scale, 2.0);
         assert_eq!(prims.len(), boxes.len());
         assert!((900..=1800).contains(&prims.len()), "{} boxes", prims.len());
         for (row, whole) in whole.iter().enumerate() {
@@ -305,7 +298,7 @@ mod tests {
                 }
             }
         }
-        let area = |boxes: &[Bounds]| boxes.iter().map(|b| half_area(b, 1.0)).sum::<f64>();
+        let area = |boxes: &[Bounds]| boxes.iter().map(|b| scale.half_area(b)).sum::<f32>();
         assert!(area(&boxes) < area(&whole), "{} of {}", area(&boxes), area(&whole));
     }
 
@@ -314,10 +307,11 @@ mod tests {
         let world = World::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
         let mut prims = vec![PrimRef::new(PrimKind::Triangle, 0)];
         let mut boxes = vec![world.triangles.bounds(0)];
-        split(&world, &mut prims, &mut boxes, 0.0);
+        let scale = Scale::of(&boxes);
+        split(&world, &mut prims, &mut boxes, &scale, 0.0);
         assert_eq!(prims.len(), 1);
         let (mut none, mut no_boxes) = (Vec::new(), Vec::new());
-        split(&world, &mut none, &mut no_boxes, 1.0);
+        split(&world, &mut none, &mut no_boxes, &Scale::of(&[]), 1.0);
         assert!(none.is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::film::exr::{ColorType, ExrCompression, ExrLayout, ExrOptions, ExrParts};
-use crate::scene::nearest::nearest;
+use crate::scene::nearest::advice;
 
 /// Options of EXR files and crops.
 #[derive(Args, Clone, Debug, Default)]
@@ -102,14 +102,10 @@ fn exr_list(text: &str) -> Result<ExrList, String> {
 
 fn unknown_word(word: &str) -> String {
     let lossy = ["b44", "b44a", "dwaa", "dwab", "pxr24"];
-    let known = || WORDS.iter().map(|&(known, _)| known);
     if lossy.contains(&word.to_lowercase().as_str()) {
         return format!("'{word}' loses data and is not written: expected none, rle, zips, zip or piz");
     }
-    match nearest(word, known()) {
-        Some(near) => format!("unknown word '{word}': did you mean '{near}'?"),
-        None => format!("unknown word '{word}': expected some of {}", known().collect::<Vec<_>>().join(", ")),
-    }
+    format!("unknown word '{word}': {}", advice(word, WORDS.iter().map(|&(known, _)| known)))
 }
 
 #[cfg(test)]
@@ -130,7 +126,7 @@ mod tests {
     fn unknown_and_contradicting_words_are_refused() {
         let refused = |text: &str| exr_list(text).unwrap_err();
         assert_eq!(refused("flaot"), "unknown word 'flaot': did you mean 'float'?");
-        assert!(refused("zip,deep").contains("expected some of half, float"));
+        assert!(refused("zip,deep").contains("expected one of half, float"));
         assert!(refused("").contains("unknown word ''"));
         assert!(refused("DWAA").contains("loses data"));
         assert!(refused("half,zip,float").contains("'half' and 'float' contradict"));

@@ -6,7 +6,7 @@ use clap::Args;
 use clap::error::ErrorKind;
 
 use super::failure::Failure;
-use super::output::identity;
+use super::output::is_same_file;
 use super::{files, terminal};
 use crate::film::exr::merge::merge;
 use crate::film::output::Format;
@@ -46,7 +46,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     if Format::of_path(&args.out) != Ok(Format::Exr) {
         return Err(usage(format!("unknown kind of output '{shown}': expected a name that ends in .exr")));
     }
-    if args.inputs.iter().any(|input| identity(input) == identity(&args.out)) {
+    if args.inputs.iter().any(|input| is_same_file(input, &args.out)) {
         return Err(usage(format!("'{shown}' is an input: writing it would destroy it")));
     }
     files::check_writable(&args.out)?;

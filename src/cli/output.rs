@@ -96,7 +96,7 @@ pub fn resolve(args: &RenderArgs) -> Result<Vec<Output>, Failure> {
 
     let written: Vec<&Path> = outputs.iter().map(|output| output.path.as_path()).chain(args.stats.as_deref()).collect();
     for (index, path) in written.iter().enumerate() {
-        let same = |other: &Path| identity(other) == identity(path);
+        let same = |other: &Path| is_same_file(other, path);
         if written[..index].iter().any(|other| same(other)) {
             return Err(usage(format!("'{}' is named twice as an output", terminal::shown(path))));
         }
@@ -140,7 +140,7 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// What two spellings of one path have in common: the real file; where there is none, the real directory and the name in it.
-pub fn identity(path: &Path) -> PathBuf {
+fn identity(path: &Path) -> PathBuf {
     if let Ok(real) = path.canonicalize() {
         return real;
     }

@@ -67,7 +67,7 @@ impl Aov {
         Aov::CryptoMaterial,
     ];
 
-    /// The parts of the beauty at the first hit, in order.
+    /// The parts of the beauty at the first hit. They come first among all layers.
     pub const LOBES: [Aov; 6] =
         [Aov::Ambient, Aov::Diffuse, Aov::Specular, Aov::Reflection, Aov::Refraction, Aov::Background];
 }
@@ -209,6 +209,7 @@ mod tests {
     fn the_list_of_all_is_in_order_and_complete() {
         assert!(Aov::ALL.iter().enumerate().all(|(index, &aov)| aov as usize == index));
         assert_eq!(Aov::CryptoMaterial as usize + 1, Aov::ALL.len());
+        assert_eq!(Aov::LOBES, Aov::ALL[..6]);
     }
 
     #[test]

@@ -112,10 +112,8 @@ impl<'a> Layers<'a> {
         let mut add = |plane: usize, color: DVec3| {
             (0..3).for_each(|channel| values[plane + channel] += color[channel]);
         };
-        for (lobe, aov) in Aov::LOBES.into_iter().enumerate() {
-            if self.aovs.has(aov) {
-                add(self.starts[aov as usize], level.parts.lobes[ray][lobe]);
-            }
+        for lobe in Aov::LOBES.into_iter().filter(|&lobe| self.aovs.has(lobe)) {
+            add(self.starts[lobe as usize], level.parts.lobes[ray][lobe as usize]);
         }
         if self.aovs.has(Aov::Lights) {
             for (group, &light) in level.parts.groups_of(ray).iter().enumerate() {

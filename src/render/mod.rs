@@ -65,6 +65,25 @@ pub struct Settings {
     pub aovs: Aovs,
 }
 
+impl Settings {
+    /// One sample in the centre of each pixel of the whole image, depth 5, one thread, the picture alone.
+    pub fn new(camera: &Camera) -> Settings {
+        Settings {
+            samples: 1,
+            sampler: Sampler::Center,
+            filter: Filter::Box,
+            seed: 0,
+            max_depth: 5,
+            tile_size_px: 32,
+            threads: 1,
+            region: Region::whole(camera.width_px, camera.height_px),
+            terminator: false,
+            course: false,
+            aovs: Aovs::default(),
+        }
+    }
+}
+
 /// What the owner of a render can watch and say while it runs.
 #[derive(Debug, Default)]
 pub struct Control {

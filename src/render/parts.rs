@@ -12,22 +12,8 @@ use glam::DVec3;
 use super::aov::{Aov, Aovs};
 use crate::world::{Hit, LightGroupId};
 
-/// Parts of the radiance at the first hit, in the order of [`Aov::LOBES`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lobe {
-    /// The ambient term.
-    Ambient,
-    /// Light by the diffuse term.
-    Diffuse,
-    /// Light by the specular term.
-    Specular,
-    /// What is mirrored.
-    Reflection,
-    /// What is refracted.
-    Refraction,
-    /// What lies behind everything.
-    Background,
-}
+/// The parts at the first hit; they are the first layers, so that a layer is the number of its part.
+const N_LOBES: usize = Aov::LOBES.len();
 
 /// The parts that are asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,8 +53,8 @@ pub struct LightParts {
 /// The parts of the rays of a level; columns that are not asked for are empty.
 #[derive(Debug, Default)]
 pub struct Parts {
-    /// By ray, at the first level.
-    pub lobes: Vec<[DVec3; 6]>,
+    /// By ray, at the first level: one for each of [`Aov::LOBES`].
+    pub lobes: Vec<[DVec3; N_LOBES]>,
     /// Row by row, a row for each ray: what comes from no light, then the light groups.
     groups: Vec<DVec3>,
     n_groups: usize,
@@ -87,9 +73,9 @@ impl Parts {
     pub fn begin(&mut self, asked: &PartsAsked, is_first: bool, hits: &[Hit], radiance: &[DVec3]) {
         self.lobes.clear();
         if asked.lobes && is_first {
-            self.lobes.resize(radiance.len(), [DVec3::ZERO; 6]);
+            self.lobes.resize(radiance.len(), [DVec3::ZERO; N_LOBES]);
             for ((lobes, hit), &radiance) in self.lobes.iter_mut().zip(hits).zip(radiance) {
-                let lobe = if hit.is_some() { Lobe::Ambient } else { Lobe::Background };
+                let lobe = if hit.is_some() { Aov::Ambient } else { Aov::Background };
                 lobes[lobe as usize] = radiance;
             }
         }
@@ -106,8 +92,8 @@ impl Parts {
     /// Adds what a light brings to a ray: the radiance as one, and in parts.
     pub fn add_light(&mut self, ray: usize, radiance: DVec3, parts: &LightParts) {
         if let Some(lobes) = self.lobes.get_mut(ray) {
-            lobes[Lobe::Diffuse as usize] += parts.diffuse;
-            lobes[Lobe::Specular as usize] += parts.specular;
+            lobes[Aov::Diffuse as usize] += parts.diffuse;
+            lobes[Aov::Specular as usize] += parts.specular;
         }
         if self.n_groups > 0 {
             self.groups[ray * self.n_groups + 1 + parts.group.idx()] += radiance;
@@ -117,7 +103,7 @@ impl Parts {
     /// Adds the parts of a finished ray of the level below, of which `weight` reaches its parent.
     pub fn add_bounce(&mut self, parent: usize, weight: f64, below: &Parts, ray: usize, radiance: DVec3) {
         if let Some(lobes) = self.lobes.get_mut(parent) {
-            let lobe = if below.refracted[ray] { Lobe::Refraction } else { Lobe::Reflection };
+            let lobe = if below.refracted[ray] { Aov::Refraction } else { Aov::Reflection };
             lobes[lobe as usize] += weight * radiance;
         }
         let row: Range<usize> = parent * self.n_groups..(parent + 1) * self.n_groups;

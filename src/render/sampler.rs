@@ -88,9 +88,10 @@ fn mix(x: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DMat4;
+
     use super::*;
-    use crate::film::Region;
-    use crate::render::Aovs;
+    use crate::world::Camera;
 
     #[test]
     fn four_grid_samples_are_the_originals() {
@@ -101,19 +102,9 @@ mod tests {
 
     #[test]
     fn samples_of_a_filter_are_spread_as_it_says_and_a_single_one_stays_the_centre() {
-        let settings = |samples, sampler, filter| Settings {
-            samples,
-            sampler,
-            filter,
-            seed: 3,
-            max_depth: 1,
-            tile_size_px: 32,
-            threads: 1,
-            region: Region::whole(4, 4),
-            terminator: false,
-            course: false,
-            aovs: Aovs::default(),
-        };
+        let camera = Camera { world_from_camera: DMat4::IDENTITY, fov_y_radians: 1.0, width_px: 4, height_px: 4 };
+        let settings =
+            |samples, sampler, filter| Settings { samples, sampler, filter, seed: 3, ..Settings::new(&camera) };
         // The shares of samples left of −1, −½, 0, ½ and 1 pixel around the centre, by their closed forms.
         let triangle = [0.0, 0.125, 0.5, 0.875, 1.0];
         let gaussian = [0.021_459_9, 0.157_731, 0.5, 0.842_269, 0.978_540_1];

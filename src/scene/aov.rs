@@ -1,6 +1,6 @@
 //! The names of what a render can write beside the beauty, as scenes and the command line state them.
 
-use super::nearest::nearest;
+use super::nearest::advice;
 
 /// Something to write beside the beauty, or several things under one name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,13 +65,8 @@ impl AovKey {
     /// A sentence that names the nearest word, or all of them.
     pub fn parse(word: &str) -> Result<AovKey, String> {
         let found = AovKey::WORDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(word));
-        found.map(|&(_, key)| key).ok_or_else(|| {
-            let names = AovKey::WORDS.iter().map(|(name, _)| *name);
-            match nearest(word, names.clone()) {
-                Some(near) => format!("unknown AOV, did you mean '{near}'?"),
-                None => format!("unknown AOV, expected one of {}", names.collect::<Vec<_>>().join(", ")),
-            }
-        })
+        let advice = || advice(word, AovKey::WORDS.iter().map(|(name, _)| *name));
+        found.map(|&(_, key)| key).ok_or_else(|| format!("unknown AOV, {}", advice()))
     }
 }
 

@@ -23,6 +23,14 @@ pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str> + Clone
     close.map(|(_, candidate)| candidate).or_else(|| candidates.clone().find(shares_a_beginning))
 }
 
+/// What to say to whoever wrote an unknown word: the nearest known one, or all of them.
+pub fn advice<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    match nearest(word, known.clone()) {
+        Some(near) => format!("did you mean '{near}'?"),
+        None => format!("expected one of {}", known.collect::<Vec<_>>().join(", ")),
+    }
+}
+
 /// Insertions, deletions, substitutions and swaps of neighbours that lead from one word to the other (optimal string
 /// alignment).
 fn edit_distance(a: &str, b: &str) -> usize {
