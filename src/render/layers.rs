@@ -112,8 +112,12 @@ impl<'a> Layers<'a> {
         let mut add = |plane: usize, color: DVec3| {
             (0..3).for_each(|channel| values[plane + channel] += color[channel]);
         };
-        for lobe in Aov::LOBES.into_iter().filter(|&lobe| self.aovs.has(lobe)) {
-            add(self.starts[lobe as usize], level.parts.lobes[ray][lobe as usize]);
+        if let Some(lobes) = level.parts.lobes.get(ray) {
+            for (lobe, &part) in Aov::LOBES.into_iter().zip(lobes) {
+                if self.aovs.has(lobe) {
+                    add(self.starts[lobe as usize], part);
+                }
+            }
         }
         if self.aovs.has(Aov::Lights) {
             for (group, &light) in level.parts.groups_of(ray).iter().enumerate() {
