@@ -344,7 +344,7 @@ const CASES: &[Case] = &[
         told: &["s.toml:5:8: hittable[0].name: value out of range: found \"\", expected a name that is not empty"] },
     Case { name: "an unknown sampler",
         scene: "[render]\nsampler = \"jiter\"\n",
-        told: &["s.toml:2:11: render.sampler: unknown sampler: found \"jiter\", expected \"center\", \"grid\" or \"jitter\" (did you mean \"jitter\"?)"] },
+        told: &["s.toml:2:11: render.sampler: unknown sampler: found \"jiter\", expected \"center\", \"grid\", \"jitter\", \"random\" or \"sobol\" (did you mean \"jitter\"?)"] },
     Case { name: "zero samples",
         scene: "[render]\nsamples = 0\n",
         told: &["s.toml:2:11: render.samples: value out of range: found 0, expected a whole number from 1 to 65536"] },

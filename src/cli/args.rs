@@ -6,6 +6,7 @@ use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
 use super::aov_args::AovArgs;
+use super::budget::BudgetArgs;
 use super::exr_args::ExrArgs;
 use super::failure::Failure;
 use super::picture_args::{PICTURE_OPTIONS, PictureArgs};
@@ -158,18 +159,23 @@ pub struct RenderArgs {
     /// Samples per pixel; one sample is the pixel's centre [default: 16]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_SAMPLES), help_heading = "Quality")]
     pub samples: Option<u32>,
-    /// Where samples lie; center means one sample [default: jitter]
+    /// Where samples lie; center means one sample [default: sobol]
     #[arg(long, value_name = "SAMPLER", help_heading = "Quality")]
     pub sampler: Option<SamplerArg>,
+    #[command(flatten)]
+    pub budget: BudgetArgs,
     /// How samples are weighted, by where they are placed [default: box]
     #[arg(long, value_name = "FILTER", help_heading = "Quality")]
     pub filter: Option<FilterArg>,
-    /// Seed of the jitter [default: 0]
+    /// Seed of all that is random [default: 0]
     #[arg(long, value_name = "N", help_heading = "Quality")]
     pub seed: Option<u64>,
     /// Longest chain of rays, the camera ray being 1 [default: 5]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_DEPTH), help_heading = "Quality")]
     pub max_depth: Option<u32>,
+    /// Leave out rays that together cannot change a sample by more than this radiance [default: 1e-4]
+    #[arg(long, value_name = "RADIANCE", value_parser = value::limit, help_heading = "Quality")]
+    pub cutoff: Option<f64>,
     /// Correct the shadow terminator of coarse smooth meshes [default: false]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
           help_heading = "Quality")]
@@ -263,6 +269,10 @@ pub enum SamplerArg {
     Grid,
     /// A random point in each of equal cells
     Jitter,
+    /// Random points
+    Random,
+    /// Sobol's sequence, scrambled by pixel
+    Sobol,
 }
 
 /// `--filter`

@@ -22,12 +22,14 @@ pub fn attributes_of(args: &RenderArgs, scene: &Compiled, plan: &Plan) -> ExrAtt
         return ExrAttributes::default();
     }
     let Compiled { camera, names, world, .. } = scene;
-    let Settings { samples, sampler, filter, seed, max_depth, terminator, course, .. } = plan.settings;
+    let Settings { samples, sampler, filter, seed, max_depth, terminator, course, cutoff, .. } = plan.settings;
     let file = args.input.as_deref().and_then(Path::file_name).map_or(BUILT_IN.into(), |name| name.to_string_lossy());
     let sampler = match sampler {
         Sampler::Center => "center",
         Sampler::Grid => "grid",
         Sampler::Jitter => "jitter",
+        Sampler::Random => "random",
+        Sampler::Sobol => "sobol",
     };
     // Seeds have 64 bits, and attributes have no such number.
     let mut texts = vec![("scene", file.into_owned()), ("sampler", sampler.into()), ("seed", seed.to_string())];
@@ -38,6 +40,7 @@ pub fn attributes_of(args: &RenderArgs, scene: &Compiled, plan: &Plan) -> ExrAtt
         Filter::BlackmanHarris => "blackman-harris",
     };
     texts.push(("filter", filter.into()));
+    texts.push(("cutoff", format!("{cutoff:e}")));
     texts.push(("world", format!("{:08x}", world.fingerprint())));
     if course {
         texts.push(("compat", "course".into()));

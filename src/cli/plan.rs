@@ -3,17 +3,20 @@
 use clap::error::ErrorKind;
 
 use super::args::{AccelArg, CompatArg, FilterArg, RenderArgs, SamplerArg, UpArg, missing_isa};
+use super::budget::{self, Budget};
 use super::exr_args::{CropOutputArg, ExrList};
 use super::failure::Failure;
 use super::{output, picture_args};
 use crate::accel::{AccelKind, Preset};
 use crate::film::{Display, Region};
-use crate::render::{Filter, Sampler, Settings};
+use crate::render::{Filter, Sampler, Settings, Spread};
 use crate::scene::{Compiled, FilterKey, Overrides, RenderKeys, SamplerKey, UpAxis};
 use crate::simd::Isa;
 
 const DEFAULT_SAMPLES: u32 = 16;
 const DEFAULT_MAX_DEPTH: u32 = 5;
+/// A third of the first step of 8-bit sRGB, 1/255 of 1/12.92.
+const DEFAULT_CUTOFF: f64 = 1e-4;
 const DEFAULT_TILE_SIZE_PX: u32 = 32;
 
 /// The original's 2×2 samples and depth.
@@ -25,6 +28,8 @@ const COURSE_MAX_DEPTH: u32 = 5;
 pub struct Plan {
     /// How to render.
     pub settings: Settings,
+    /// What it may cost.
+    pub budget: Budget,
     /// How to find hits.
     pub accel: AccelKind,
     /// What to spend on the tree.
@@ -45,6 +50,7 @@ pub struct Plan {
 /// Wrong usage.
 pub fn check(args: &RenderArgs) -> Result<(), Failure> {
     let conflict = |message: &str| Err(Failure::usage("render", ErrorKind::ArgumentConflict, message));
+    budget::check(args)?;
     let several = args.samples.is_some_and(|samples| samples > 1);
     if args.compat == Some(CompatArg::Course) {
         if args.samples.is_some_and(|samples| samples != COURSE_SAMPLES) {
@@ -55,6 +61,9 @@ pub fn check(args: &RenderArgs) -> Result<(), Failure> {
         }
         if args.max_depth.is_some_and(|max_depth| max_depth != COURSE_MAX_DEPTH) {
             return conflict("'--compat course' traces to depth 5: leave out '--max-depth'");
+        }
+        if args.cutoff.is_some_and(|cutoff| cutoff > 0.0) {
+            return conflict("'--compat course' sends every ray: leave out '--cutoff'");
         }
         if args.terminator == Some(true) {
             return conflict("'--compat course' starts its shadow rays at the facet: leave out '--terminator'");
@@ -122,11 +131,13 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
         filter: if course { Filter::Box } else { filter(args, &scene.render) },
         seed: args.seed.or(scene.render.seed).unwrap_or(0),
         max_depth,
+        cutoff: if course { 0.0 } else { args.cutoff.unwrap_or(DEFAULT_CUTOFF) },
         tile_size_px: args.tile_size.unwrap_or(DEFAULT_TILE_SIZE_PX),
         threads: threads(args),
         region,
         terminator: !course && args.terminator.or(scene.render.terminator).unwrap_or(false),
         course,
+        spread: Spread::Uniform,
         aovs: args.aov.settle(scene, course, output::writes_exr(args))?,
     };
     let accel = match args.accel {
@@ -136,6 +147,7 @@ pub fn settle(args: &RenderArgs, scene: &Compiled) -> Result<Plan, Failure> {
     let picture = picture_args::settle(&args.picture, &scene.render, "render")?;
     Ok(Plan {
         settings,
+        budget: args.budget.budget(),
         accel,
         preset: args.bvh.map_or_else(Preset::default, Preset::from),
         isa: isa(args)?,
@@ -154,7 +166,7 @@ fn sampling(args: &RenderArgs, scene: &RenderKeys) -> (Sampler, u32) {
     let sampler = asked.or(in_scene.filter(|_| !overruled)).unwrap_or_default();
     let samples = match sampler {
         Sampler::Center => 1,
-        Sampler::Grid | Sampler::Jitter => args.samples.or(scene.samples).unwrap_or(DEFAULT_SAMPLES),
+        Sampler::Grid | Sampler::Jitter | Sampler::Random | Sampler::Sobol => args.samples.or(scene.samples).unwrap_or(DEFAULT_SAMPLES),
     };
     (sampler, samples)
 }
@@ -164,6 +176,8 @@ fn sampler_of_arg(arg: SamplerArg) -> Sampler {
         SamplerArg::Center => Sampler::Center,
         SamplerArg::Grid => Sampler::Grid,
         SamplerArg::Jitter => Sampler::Jitter,
+        SamplerArg::Random => Sampler::Random,
+        SamplerArg::Sobol => Sampler::Sobol,
     }
 }
 
@@ -172,6 +186,8 @@ fn sampler_of_key(key: SamplerKey) -> Sampler {
         SamplerKey::Center => Sampler::Center,
         SamplerKey::Grid => Sampler::Grid,
         SamplerKey::Jitter => Sampler::Jitter,
+        SamplerKey::Random => Sampler::Random,
+        SamplerKey::Sobol => Sampler::Sobol,
     }
 }
 
@@ -224,7 +240,7 @@ mod tests {
             ..RenderKeys::default()
         };
         let plain = settings(RenderArgs::default(), RenderKeys::default());
-        assert_eq!((plain.samples, plain.sampler, plain.seed, plain.max_depth), (16, Sampler::Jitter, 0, 5));
+        assert_eq!((plain.samples, plain.sampler, plain.seed, plain.max_depth), (16, Sampler::Sobol, 0, 5));
         assert_eq!((plain.tile_size_px, plain.region), (32, Region::whole(40, 30)));
         assert!(!plain.terminator);
 
@@ -258,7 +274,7 @@ mod tests {
 
         let args = RenderArgs { samples: Some(4), ..RenderArgs::default() };
         let explicit = settings(args, center);
-        assert_eq!((explicit.samples, explicit.sampler), (4, Sampler::Jitter));
+        assert_eq!((explicit.samples, explicit.sampler), (4, Sampler::Sobol));
     }
 
     #[test]

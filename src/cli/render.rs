@@ -7,6 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use super::args::RenderArgs;
+use super::budget::{self, Budget, Frame};
 use super::failure::Failure;
 use super::files::{self, Writing};
 use super::interrupt::Interrupt;
@@ -19,8 +20,8 @@ use super::{aov_args, diagnostic, exr_attributes, terminal};
 use crate::accel::{Accel, AccelKind};
 use crate::error::{Error, Place, Problem};
 use crate::film::{Film, Rows};
-use crate::render::{self, Control, Counts, Settings};
-use crate::scene::{Compiled, machine};
+use crate::render::{self, Control, Counts};
+use crate::scene::machine;
 
 /// How often progress is shown and an interrupt noticed.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -59,7 +60,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut images = output::early_encoders(&outputs, &film, &plan, &attributes)?;
     let encode = |rows: &Rows| images.iter().for_each(|image| image.encoder.encode(rows));
     let counts = timed(&mut seconds.trace, || {
-        let frame = Frame { scene: &scene, accel: &accel, settings: &plan.settings };
+        let frame = Frame { scene: &scene, accel: &accel, settings: &plan.settings, budget: plan.budget };
         trace(&frame, &mut film, &encode, args.quiet, &interrupt)
     })?;
     output::complete(&outputs, &mut film, &plan, &attributes, &mut images, seconds.trace)?;
@@ -81,7 +82,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         },
         width: scene.camera.width_px,
         height: scene.camera.height_px,
-        samples: plan.settings.samples,
+        samples: (plan.budget == Budget::Samples).then_some(plan.settings.samples),
+        rmse_estimate: counts.rmse_estimate,
         threads: plan.settings.threads,
         bvh: (plan.accel == AccelKind::Bvh).then(|| plan.preset.name()),
     };
@@ -111,13 +113,6 @@ fn timed<T>(seconds: &mut f64, step: impl FnOnce() -> T) -> T {
     result
 }
 
-/// What a frame is rendered from.
-struct Frame<'a> {
-    scene: &'a Compiled,
-    accel: &'a Accel,
-    settings: &'a Settings,
-}
-
 /// Renders on another thread while this one shows progress and passes on an interrupt. The workers encode the rows that
 /// are finished.
 fn trace(
@@ -128,13 +123,12 @@ fn trace(
     interrupt: &Interrupt,
 ) -> Result<Counts, Failure> {
     let control = Control::default();
-    let mut progress = Progress::start(render::n_tiles(frame.settings), quiet);
+    let mut progress = Progress::start(budget::n_tiles(frame), quiet);
     let result = std::thread::scope(|scope| {
         let (sender, receiver) = channel();
         let control = &control;
         let worker = scope.spawn(move || {
-            let Frame { scene, accel, settings } = *frame;
-            let counts = render::render_into(&scene.world, accel, &scene.camera, settings, control, film, encode);
+            let counts = budget::spend(frame, control, film, encode);
             // The receiver waits until it has this message or the sender is gone, so that sending cannot fail.
             let _ = sender.send(counts);
         });

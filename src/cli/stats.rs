@@ -22,8 +22,10 @@ pub struct Stats {
     pub width: u32,
     /// Height of the whole image in pixels.
     pub height: u32,
-    /// Samples per pixel.
-    pub samples: u32,
+    /// Samples per pixel; null where they are as many as each pixel needs.
+    pub samples: Option<u32>,
+    /// The root mean square error that the samples tell; null where they do not.
+    pub rmse_estimate: Option<f64>,
     /// Worker threads.
     pub threads: usize,
     /// The preset of the tree; null where there is none.
@@ -89,16 +91,16 @@ impl Stats {
 
     /// The closing summary, one fact a line.
     pub fn summary(&self, written: &[&Path]) -> String {
-        let Stats { seconds, rays, exact_tests, memory_bytes, width, height, samples, threads, bvh } = self;
+        let Stats { seconds, rays, exact_tests, memory_bytes, width, height, samples, rmse_estimate, threads, bvh } = self;
         let n_rays = rays.camera + rays.reflection + rays.refraction + rays.shadow;
         let count = quantity::count;
         let plural = |n: u64| if n == 1 { "" } else { "s" };
+        let spread = match samples {
+            Some(samples) => format!("{samples} sample{} per pixel", plural(u64::from(*samples))),
+            None => "samples where they are needed".to_owned(),
+        };
         let mut lines = vec![
-            format!(
-                "image   {width}x{height}, {samples} sample{} per pixel, {threads} thread{}",
-                plural(u64::from(*samples)),
-                plural(*threads as u64)
-            ),
+            format!("image   {width}x{height}, {spread}, {threads} thread{}", plural(*threads as u64)),
             format!(
                 "time    load {}, build {}{}, trace {}, write {}, total {}",
                 quantity::seconds(seconds.load),
@@ -128,6 +130,9 @@ impl Stats {
                 memory_bytes.peak.map_or_else(|| "unknown".to_owned(), quantity::bytes)
             ),
         ];
+        if let Some(rmse) = rmse_estimate {
+            lines.insert(1, format!("error   {rmse:.2e} root mean square, estimated"));
+        }
         if *exact_tests > 0 {
             lines.push(format!(
                 "exact   {} primitive test{} needed exact arithmetic",
@@ -153,7 +158,8 @@ mod tests {
             memory_bytes: MemoryBytes { tables: 10, accel: 20, estimate: 30, peak: None },
             width: 2,
             height: 1,
-            samples: 2,
+            samples: Some(2),
+            rmse_estimate: Some(0.25),
             threads: 1,
             bvh: Some("medium"),
         };
@@ -163,7 +169,7 @@ mod tests {
             "rays": {"camera": 4, "camera_hit": 3, "reflection": 0, "refraction": 0, "shadow": 0},
             "exact_tests": 0,
             "memory_bytes": {"tables": 10, "accel": 20, "estimate": 30, "peak": null},
-            "width": 2, "height": 1, "samples": 2, "threads": 1, "bvh": "medium"
+            "width": 2, "height": 1, "samples": 2, "rmse_estimate": 0.25, "threads": 1, "bvh": "medium"
         });
         assert_eq!(json, expected);
         assert!(stats.summary(&[]).contains("camera 4 (3 hit)"));

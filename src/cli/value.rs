@@ -33,6 +33,19 @@ pub fn limit(text: &str) -> Result<f64, String> {
     (value >= 0.0).then_some(value).ok_or_else(|| "expected a number of at least 0".to_owned())
 }
 
+/// An error to reach. Below 1e-6 the rounding of 32-bit floats is a part of it.
+pub fn target_rmse(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    (1e-6..=1e6).contains(&value).then_some(value).ok_or_else(|| "expected an error from 1e-6 to 1e6".to_owned())
+}
+
+/// A time to spend: at most a year.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    let is_time = 0.0 < value && value <= 3.2e7;
+    is_time.then_some(value).ok_or_else(|| "expected seconds above 0 and at most 3.2e7".to_owned())
+}
+
 /// A limit in decibels.
 pub fn decibels(text: &str) -> Result<f64, String> {
     number(text)

@@ -26,6 +26,8 @@ pub struct Layers<'a> {
     /// By pixel; empty unless a layer needs it.
     nearest: Vec<Nearest>,
     needs_nearest: bool,
+    /// Samples by pixel.
+    n_samples: Vec<u32>,
     /// By ray of the batch: whether it goes through its own pixel.
     is_inside: Vec<bool>,
     /// By pixel; empty unless asked for.
@@ -48,8 +50,8 @@ impl Nearest {
     }
 }
 
-/// What covers a pixel: Cryptomatte ids, and how many samples hit each.
-type Matte = Vec<(u32, u32)>;
+/// What covers a pixel: Cryptomatte ids, and the weight of the samples that hit each.
+type Matte = Vec<(u32, f64)>;
 
 /// Layers that describe one point of a pixel.
 const OF_THE_NEAREST: [Aov; 7] = [Aov::Z, Aov::P, Aov::N, Aov::Ng, Aov::Uv, Aov::Object, Aov::Material];
@@ -71,6 +73,7 @@ impl<'a> Layers<'a> {
             n_planes,
             values: Vec::new(),
             nearest: Vec::new(),
+            n_samples: Vec::new(),
             needs_nearest: aovs.any_of(&OF_THE_NEAREST),
             is_inside: Vec::new(),
             objects: Vec::new(),
@@ -82,6 +85,8 @@ impl<'a> Layers<'a> {
     pub fn begin(&mut self, n_pixels: usize) {
         self.values.clear();
         self.values.resize(n_pixels * self.n_planes, 0.0);
+        self.n_samples.clear();
+        self.n_samples.resize(n_pixels, 0);
         if self.needs_nearest {
             self.nearest.clear();
             self.nearest.resize(n_pixels, Nearest::none());
@@ -105,12 +110,13 @@ impl<'a> Layers<'a> {
         self.is_inside.push(is_within(dx) && is_within(dy));
     }
 
-    /// Adds a sample: a camera ray of a finished level.
-    pub fn add(&mut self, pixel: usize, level: &Level, ray: usize) {
+    /// Adds a sample: a camera ray of a finished level, with its weight among those of its pixel.
+    pub fn add(&mut self, pixel: usize, level: &Level, ray: usize, weight: f64) {
         let hit = &level.hits[ray];
+        self.n_samples[pixel] += 1;
         let values = &mut self.values[pixel * self.n_planes..(pixel + 1) * self.n_planes];
         let mut add = |plane: usize, color: DVec3| {
-            (0..3).for_each(|channel| values[plane + channel] += color[channel]);
+            (0..3).for_each(|channel| values[plane + channel] += weight * color[channel]);
         };
         if let Some(lobes) = level.parts.lobes.get(ray) {
             for (lobe, &part) in Aov::LOBES.into_iter().zip(lobes) {
@@ -139,30 +145,30 @@ impl<'a> Layers<'a> {
             add(self.starts[Aov::Albedo as usize], albedo);
         }
         if self.aovs.has(Aov::CryptoObject) {
-            count(&mut self.objects[pixel], self.aovs.object_mattes[hit.object(self.world).idx()]);
+            count(&mut self.objects[pixel], self.aovs.object_mattes[hit.object(self.world).idx()], weight);
         }
         if self.aovs.has(Aov::CryptoMaterial) {
-            count(&mut self.materials[pixel], self.aovs.material_mattes[hit.material(self.world).idx()]);
+            count(&mut self.materials[pixel], self.aovs.material_mattes[hit.material(self.world).idx()], weight);
         }
     }
 
-    /// Ends a tile: pixel after pixel, a value for each plane.
-    pub fn finish(&mut self, n_samples: usize) -> &[f64] {
+    /// Ends a tile: pixel after pixel, a value for each plane. The weights of a pixel's samples have added up to `whole`.
+    pub fn finish(&mut self, whole: f64) -> &[f64] {
         let n_pixels = self.values.len().checked_div(self.n_planes).unwrap_or(0);
         for pixel in 0..n_pixels {
             let values = &mut self.values[pixel * self.n_planes..(pixel + 1) * self.n_planes];
             // Sums of colours become means; the planes of data still hold zeros.
-            values.iter_mut().for_each(|value| *value /= n_samples as f64);
+            values.iter_mut().for_each(|value| *value /= whole);
             if self.needs_nearest {
                 put_nearest(self.world, self.aovs, &self.starts, &self.nearest[pixel], values);
             }
             if self.aovs.has(Aov::Samples) {
-                values[self.starts[Aov::Samples as usize]] = n_samples as f64;
+                values[self.starts[Aov::Samples as usize]] = f64::from(self.n_samples[pixel]);
             }
             for (aov, mattes) in [(Aov::CryptoObject, &mut self.objects), (Aov::CryptoMaterial, &mut self.materials)] {
                 if self.aovs.has(aov) {
                     let start = self.starts[aov as usize];
-                    put_matte(&mut mattes[pixel], self.aovs.matte_levels as usize, n_samples, &mut values[start..]);
+                    put_matte(&mut mattes[pixel], self.aovs.matte_levels as usize, whole, &mut values[start..]);
                 }
             }
         }
@@ -195,20 +201,20 @@ fn put_nearest(world: &World, aovs: &Aovs, starts: &[usize], nearest: &Nearest, 
     put(Aov::Material, &[f64::from(hit.material(world).0) + 1.0]);
 }
 
-fn count(matte: &mut Matte, id: u32) {
+fn count(matte: &mut Matte, id: u32, weight: f64) {
     match matte.iter_mut().find(|(known, _)| *known == id) {
-        Some((_, n_samples)) => *n_samples += 1,
-        None => matte.push((id, 1)),
+        Some((_, sum)) => *sum += weight,
+        None => matte.push((id, weight)),
     }
 }
 
 /// Writes the ids that cover most of a pixel, each with its share; of equal shares the smaller id comes first.
-fn put_matte(matte: &mut Matte, n_levels: usize, n_samples: usize, values: &mut [f64]) {
-    matte.sort_unstable_by_key(|&(id, n_samples)| (std::cmp::Reverse(n_samples), id));
-    for (&(id, n_hits), pair) in matte.iter().take(n_levels).zip(values.chunks_exact_mut(2)) {
+fn put_matte(matte: &mut Matte, n_levels: usize, whole: f64, values: &mut [f64]) {
+    matte.sort_unstable_by(|(a, of_a), (b, of_b)| of_b.total_cmp(of_a).then(a.cmp(b)));
+    for (&(id, weight), pair) in matte.iter().take(n_levels).zip(values.chunks_exact_mut(2)) {
         // The bits of the id are those of a float, which f64 holds as it is.
         pair[0] = f64::from(f32::from_bits(id));
-        pair[1] = f64::from(n_hits) / n_samples as f64;
+        pair[1] = weight / whole;
     }
 }
 
@@ -221,10 +227,10 @@ mod tests {
         let ids = [1.5_f32, -2.0, 7.0, 1e-3].map(f32::to_bits);
         let mut matte = Matte::new();
         for (id, n) in [(ids[0], 1), (ids[1], 3), (ids[2], 3), (ids[3], 1)] {
-            (0..n).for_each(|_| count(&mut matte, id));
+            (0..n).for_each(|_| count(&mut matte, id, 1.0));
         }
         let mut values = [0.0; 8];
-        put_matte(&mut matte, 3, 10, &mut values);
+        put_matte(&mut matte, 3, 10.0, &mut values);
         // The bits of 7 are less than those of −2, which has the sign bit.
         assert_eq!(values[..4], [7.0, 0.3, -2.0, 0.3]);
         assert_eq!(values[4..], [f64::from(1e-3_f32), 0.1, 0.0, 0.0]);

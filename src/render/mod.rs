@@ -1,15 +1,20 @@
 //! From a compiled world to a film: samples, camera rays, tiles, shading. Reads no file and no clock, prints nothing.
 
+mod adaptive;
 pub mod aov;
 pub mod block;
 pub mod camera_ray;
+mod cutoff;
 mod describe;
+mod estimate;
 pub mod filter;
 mod layers;
 mod parts;
+mod refine;
 mod refract;
 mod sampler;
 mod shade;
+mod signature;
 pub mod surface;
 pub mod terminator;
 mod tile;
@@ -24,6 +29,7 @@ use crate::film::{Film, Plane, Region, Rows, Samples};
 use crate::world::{Camera, World};
 
 pub use filter::Filter;
+pub use refine::{Refined, refine};
 
 /// How the samples of a pixel are placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,8 +39,12 @@ pub enum Sampler {
     /// Centres of equal cells; four samples are the original's 2×2 at .25 and .75.
     Grid,
     /// One random point in each of equal cells.
-    #[default]
     Jitter,
+    /// Random points.
+    Random,
+    /// Sobol's sequence, scrambled by pixel as Owen does: the least error a sample (`docs/ERROR.md`).
+    #[default]
+    Sobol,
 }
 
 /// How to render. All counts are at least 1: whoever fills this in has checked them.
@@ -46,10 +56,13 @@ pub struct Settings {
     pub sampler: Sampler,
     /// How they are weighted.
     pub filter: Filter,
-    /// Seed of the jitter.
+    /// Seed of all that is random.
     pub seed: u64,
     /// Longest chain of rays, the camera ray being 1.
     pub max_depth: u32,
+    /// What may be left out of a sample's radiance: mirrored, refracted and shadow rays that together cannot change it by more,
+    /// in any channel, are not sent. 0 leaves out nothing.
+    pub cutoff: f64,
     /// Edge of the square tiles in pixels.
     pub tile_size_px: u32,
     /// Worker threads.
@@ -63,6 +76,43 @@ pub struct Settings {
     pub course: bool,
     /// What to put into the film beside the beauty.
     pub aovs: Aovs,
+    /// Whether all pixels get the samples above, or as many as each needs.
+    pub spread: Spread,
+}
+
+/// How samples are spread over the pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Spread {
+    /// [`Settings::samples`] in each, where [`Settings::sampler`] says.
+    #[default]
+    Uniform,
+    /// As many as each needs; samples and sampler of the settings have no meaning then.
+    Adaptive(Adaptive),
+}
+
+/// Where samples are wanted: pixels are divided into cells, and these again, as long as neighbours differ. Every leaf gets two
+/// independent sets of random samples, so that a pixel is the mean of two unbiased estimates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// Cells are divided where the contrast with a neighbour, in radiance, times their area in pixels is above this, give or
+    /// take a factor of two from pixel to pixel.
+    pub threshold: f64,
+    /// How often every pixel is halved at least.
+    pub min_splits: u32,
+    /// How often it is at most; at most [`MAX_SPLITS`].
+    pub max_splits: u32,
+    /// Samples of a leaf in each of the two sets; at least 1.
+    pub half_samples: u32,
+}
+
+/// Pixels cannot be halved more often.
+pub const MAX_SPLITS: u32 = 12;
+
+impl Adaptive {
+    /// Pixels are divided by the threshold alone.
+    pub fn new(threshold: f64) -> Adaptive {
+        Adaptive { threshold, min_splits: 0, max_splits: MAX_SPLITS, half_samples: 1 }
+    }
 }
 
 impl Settings {
@@ -74,13 +124,22 @@ impl Settings {
             filter: Filter::Box,
             seed: 0,
             max_depth: 5,
+            cutoff: 0.0,
             tile_size_px: 32,
             threads: 1,
             region: Region::whole(camera.width_px, camera.height_px),
             terminator: false,
             course: false,
             aovs: Aovs::default(),
+            spread: Spread::Uniform,
         }
+    }
+}
+
+impl Settings {
+    /// Whether each pixel has the one sample in its centre.
+    pub fn is_centered(&self) -> bool {
+        self.spread == Spread::Uniform && (self.sampler == Sampler::Center || self.samples == 1)
     }
 }
 
@@ -143,15 +202,29 @@ pub struct Rendered {
     pub rays: RayCounts,
     /// Primitive tests that f64 and double-double could not decide.
     pub exact_tests: u64,
+    /// As [`Counts::rmse_estimate`].
+    pub rmse_estimate: Option<f64>,
 }
 
-/// What a render took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What a render took, and what it came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counts {
     /// Rays by kind.
     pub rays: RayCounts,
     /// Primitive tests that f64 and double-double could not decide.
     pub exact_tests: u64,
+    /// The root mean square error of red, green and blue that the samples themselves tell of, beside the mean of ever more
+    /// samples; where they do.
+    pub rmse_estimate: Option<f64>,
+}
+
+impl Counts {
+    /// Adds a further round over the same image, whose error is then that of the image.
+    pub fn add_round(&mut self, round: &Counts) {
+        self.rays.add(&round.rays);
+        self.exact_tests += round.exact_tests;
+        self.rmse_estimate = round.rmse_estimate;
+    }
 }
 
 /// The render was asked to stop before it was finished.
@@ -159,8 +232,11 @@ pub struct Counts {
 #[error("the render was stopped before it was finished")]
 pub struct Stopped;
 
-/// Number of tiles that a render of these settings works through.
+/// Number of tiles that a render of these settings works through; one of adaptive samples has tiles of its own.
 pub fn n_tiles(settings: &Settings) -> u64 {
+    if let Spread::Adaptive(_) = settings.spread {
+        return adaptive::n_blocks(&settings.region);
+    }
     let tiles = |length_px: u32| u64::from(length_px.div_ceil(settings.tile_size_px));
     tiles(settings.region.width_px()) * tiles(settings.region.height_px())
 }
@@ -195,12 +271,13 @@ pub fn render(
     control: &Control,
 ) -> Result<Rendered, Stopped> {
     let mut film = new_film(camera, settings);
-    let Counts { rays, exact_tests } = render_into(world, accel, camera, settings, control, &mut film, &|_| {})?;
-    Ok(Rendered { film, rays, exact_tests })
+    let Counts { rays, exact_tests, rmse_estimate } =
+        render_into(world, accel, camera, settings, control, &mut film, &|_| {})?;
+    Ok(Rendered { film, rays, exact_tests, rmse_estimate })
 }
 
 /// Renders into a film of [`new_film`]. The workers hand over rows that are finished to `finished`, in no fixed order but
-/// each once; they begin where a band of the film ([`crate::film::rows::BAND_ROWS`]) does.
+/// each once; they begin where a band of the film ([`crate::film::rows::BAND_ROWS`]) does. Adaptive samples hand over none.
 ///
 /// # Errors
 /// [`Stopped`] when `control` asked for it; the film then holds a part of the image.
@@ -222,6 +299,8 @@ pub fn render_into(
             max_depth: settings.max_depth,
             clamp: settings.course,
             parts,
+            signatures: false,
+            cutoff: cutoff::Cutoff::new(world, settings),
             chunk_rays: trace::BATCH_RAYS,
         },
         camera: camera_ray::CameraRays::new(camera),
@@ -229,6 +308,13 @@ pub fn render_into(
         settings,
         control,
     };
+    if let Spread::Adaptive(spread) = &settings.spread {
+        let tally = adaptive::render_blocks(&job, spread, film)?;
+        let rmse_estimate = Some(tally.error.rmse_of_pairs(settings.region.n_pixels()));
+        return Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests, rmse_estimate });
+    }
     let tally = tile::render_tiles(&job, film, finished)?;
-    Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests })
+    let rmse_estimate = estimate::block_of(settings.sampler, job.pattern.n_samples())
+        .map(|_| tally.error.rmse_of_sequence(settings.region.n_pixels(), job.pattern.n_samples()));
+    Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests, rmse_estimate })
 }

@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::cutoff::Cutoff;
 use super::describe::{DescribedHit, Describing, Hits};
 use super::parts::LightParts;
 use super::refract::refracted;
@@ -21,6 +22,8 @@ use crate::world::{Features, Hit, MaterialId, Ray, World};
 pub struct ShadowRay {
     /// The ray of the level whose hit is lit.
     pub ray_idx: u32,
+    /// The light: the row of a point light, or past all of them that of a directional one.
+    pub light: u32,
     /// Radiance that the light adds there.
     pub radiance: DVec3,
 }
@@ -42,7 +45,7 @@ pub struct Lighting {
     pub n_refracted: u64,
 }
 
-type Stage = fn(&World, &Level, &mut Bounces, &mut Lighting);
+type Stage = fn(&World, &Cutoff, &Level, &mut Bounces, &mut Lighting);
 
 /// The shading stage of a scene, chosen once by its features.
 #[derive(Clone, Debug)]
@@ -87,7 +90,7 @@ impl Shading {
 
     /// Shades all hits of a level: fills its radiance, and the rays that are still to be traced. `bounce` says whether
     /// the next level may have rays.
-    pub fn shade(&self, world: &World, level: &mut Level, bounce: bool, next: &mut Bounces, lighting: &mut Lighting) {
+    pub fn shade(&self, world: &World, cutoff: &Cutoff, level: &mut Level, bounce: bool, next: &mut Bounces, lighting: &mut Lighting) {
         let LevelStage { stage, is_shaded } = if bounce { &self.inner } else { &self.last };
         level.radiance.clear();
         lighting.points.clear();
@@ -98,7 +101,7 @@ impl Shading {
         let Level { rays, hits, radiance, .. } = &mut *level;
         let points = &mut lighting.points;
         self.describing.run(Hits { world, is_shaded, rays, hits, radiance, points });
-        stage(world, level, next, lighting);
+        stage(world, cutoff, level, next, lighting);
     }
 }
 
@@ -180,6 +183,7 @@ impl Point {
 /// The second step, over the described hits.
 fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, const BOUNCE: u8, const LIGHT: u8>(
     world: &World,
+    cutoff: &Cutoff,
     level: &Level,
     next: &mut Bounces,
     lighting: &mut Lighting,
@@ -188,8 +192,11 @@ fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, cons
     for &DescribedHit { ray_idx, material, surface } in points.iter() {
         let (ray, hit) = (&level.rays[ray_idx as usize], &level.hits[ray_idx as usize]);
         let point = point::<SMOOTH, TERMINATOR, TWO_SIDED>(world, ray, hit, material, surface);
+        // What this ray may lose, nothing if there is no cut-off.
+        let limit = level.limits.get(ray_idx as usize).copied().unwrap_or(0.0);
         if LIGHT != UNLIT && world.materials.is_lit(material) {
-            let mut to_lights = ToLights { ray_idx, shadow, rays: shadow_rays, parts };
+            let faint = cutoff.faint(limit);
+            let mut to_lights = ToLights { ray_idx, faint, shadow, rays: shadow_rays, parts };
             light::<TERMINATOR, LIGHT>(world, &point, &mut to_lights);
             if LIGHT == FAR || LIGHT == IN_PARTS {
                 light_from_afar::<TERMINATOR, LIGHT>(world, &point, &mut to_lights);
@@ -204,21 +211,31 @@ fn shade<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool, cons
         if BOUNCE == GLASS && transmittance > 0.0 {
             behind = refracted(point.wo, surface.ng, point.ns, world.materials.ior[material.idx()]);
             *n_refractions += 1;
-            *n_refracted += u64::from(behind.is_some());
             // Total internal reflection: what would pass is mirrored.
             reflectance += if behind.is_none() { transmittance } else { 0.0 };
         }
+        let n_rays = usize::from(reflectance > 0.0) + usize::from(behind.is_some());
+        let smallest = cutoff.smallest_weight(limit, n_rays);
         // The order of the two is that of the sum at their parent.
-        if reflectance > 0.0 {
+        if reflectance > smallest {
             let direction = 2.0 * point.ns.dot(point.wo) * point.ns - point.wo;
             let origin = point.leave::<TERMINATOR>(direction);
             next.push(Ray::new(origin, direction), ray_idx, reflectance);
+            if cutoff.is_on() {
+                next.note_limit(smallest / reflectance);
+            }
             if LIGHT == IN_PARTS {
                 next.note_refracted(false);
             }
         }
-        if let Some(direction) = behind {
+        if let Some(direction) = behind
+            && transmittance > smallest
+        {
+            *n_refracted += 1;
             next.push(Ray::new(surface.leave(direction), direction), ray_idx, transmittance);
+            if cutoff.is_on() {
+                next.note_limit(smallest / transmittance);
+            }
             if LIGHT == IN_PARTS {
                 next.note_refracted(true);
             }
@@ -245,6 +262,8 @@ fn point<const SMOOTH: bool, const TERMINATOR: bool, const TWO_SIDED: bool>(
 /// The rays that a hit sends to the lights.
 struct ToLights<'a> {
     ray_idx: u32,
+    /// Radiance up to which no ray is sent.
+    faint: f64,
     shadow: &'a mut Vec<ShadowRay>,
     rays: &'a mut Vec<Ray>,
     parts: &'a mut Vec<LightParts>,
@@ -253,9 +272,9 @@ struct ToLights<'a> {
 impl ToLights<'_> {
     /// Sends a ray for what it adds if nothing stops it.
     #[inline]
-    fn send(&mut self, ray: Ray, radiance: DVec3) {
+    fn send(&mut self, ray: Ray, light: usize, radiance: DVec3) {
         self.rays.push(ray);
-        self.shadow.push(ShadowRay { ray_idx: self.ray_idx, radiance });
+        self.shadow.push(ShadowRay { ray_idx: self.ray_idx, light: light as u32, radiance });
     }
 }
 
@@ -266,10 +285,10 @@ fn light<const TERMINATOR: bool, const LIGHT: u8>(world: &World, point: &Point, 
     let n_points = if BARE { 1 } else { lights.positions.len() };
     for (row, (&position, &intensity)) in lights.positions[..n_points].iter().zip(&lights.intensities).enumerate() {
         let Some(wi) = (position - point.surface.p).try_normalize() else { continue };
-        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity) else { continue };
+        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity, to_lights.faint) else { continue };
         // The segment to the light, open at both ends: what lies behind the light casts no shadow.
         let origin = point.leave::<TERMINATOR>(wi);
-        to_lights.send(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT), radiance);
+        to_lights.send(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT), row, radiance);
         if LIGHT == IN_PARTS {
             to_lights.parts.push(LightParts { diffuse, specular, group: lights.groups[row] });
         }
@@ -285,8 +304,8 @@ fn light_from_afar<const TERMINATOR: bool, const LIGHT: u8>(
     let lights = &world.lights;
     for (row, (&direction, &intensity)) in lights.directions.iter().zip(&lights.directional_intensities).enumerate() {
         let wi = -direction;
-        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity) else { continue };
-        to_lights.send(Ray::new(point.leave::<TERMINATOR>(wi), wi), radiance);
+        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity, to_lights.faint) else { continue };
+        to_lights.send(Ray::new(point.leave::<TERMINATOR>(wi), wi), lights.positions.len() + row, radiance);
         if LIGHT == IN_PARTS {
             to_lights.parts.push(LightParts { diffuse, specular, group: lights.directional_groups[row] });
         }
@@ -300,9 +319,9 @@ struct Lit {
     specular: DVec3,
 }
 
-/// What light from a unit direction adds towards the viewer; `None` when that is nothing.
+/// What light from a unit direction adds towards the viewer; `None` when that is nothing, or faint in every channel.
 #[inline(always)]
-fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3) -> Option<Lit> {
+fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3, faint: f64) -> Option<Lit> {
     let materials = &world.materials;
     let row = point.material.idx();
     let cosine = point.ns.dot(wi);
@@ -313,7 +332,7 @@ fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3) -> Option<Lit>
     let highlight = highlight(mirrored.dot(point.wo).max(0.0), materials.shininess[row]);
     let (diffuse, specular) = (materials.diffuse[row] * cosine, materials.specular[row] * highlight);
     let radiance = intensity * (diffuse + specular);
-    (radiance != DVec3::ZERO).then_some(Lit { radiance, diffuse: intensity * diffuse, specular: intensity * specular })
+    (radiance.abs().max_element() > faint).then_some(Lit { radiance, diffuse: intensity * diffuse, specular: intensity * specular })
 }
 
 /// cosineˢʰ, with 0⁰ = 1. The exponent 1 needs no power, and is what it gives.

@@ -4,8 +4,11 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use glam::DVec3;
+
 use super::block::block_order;
 use super::camera_ray::CameraRays;
+use super::estimate::{Sums, block_of};
 use super::layers::Layers;
 use super::sampler::Pattern;
 use super::trace::{BATCH_RAYS, Scene, Wavefront};
@@ -36,8 +39,10 @@ pub struct Tally {
     pub rays: RayCounts,
     /// Primitive tests that needed exact arithmetic.
     pub exact_tests: u64,
+    /// What tells the error.
+    pub error: Sums,
     /// Tiles finished.
-    n_tiles: u64,
+    pub n_tiles: u64,
 }
 
 /// Rows of tiles that are finished together and then handed over: the fewest that are a whole number of the bands that
@@ -105,9 +110,10 @@ fn work<'a, 'film: 'a>(
         (_, true) => render_tile::<false, true>,
     };
     let mut layers = Layers::new(&job.settings.aovs, job.scene.world, &job.camera);
+    let mut blocks = Blocks::new(job);
     while let Some((tile, strip)) = take() {
         let region = tile_region(job.settings, tile);
-        if render(job, &region, &mut wavefront, &mut pixels, &mut layers).is_err() {
+        if render(job, &region, &mut wavefront, &mut pixels, &mut layers, &mut blocks).is_err() {
             break;
         }
         // Nobody else wants a strip whose last tile is there: what is done with it holds up no one.
@@ -117,7 +123,7 @@ fn work<'a, 'film: 'a>(
         let (column, width) = ((region.x0 - window.x0) as usize, region.width_px() as usize);
         strip.rows.put(column, row, width, &pixels);
         if is_layered {
-            strip.rows.put_planes(pixels[0].len(), column, row, width, layers.finish(job.pattern.n_samples()));
+            strip.rows.put_planes(pixels[0].len(), column, row, width, layers.finish(job.pattern.n_samples() as f64));
         }
         strip.n_tiles_left -= 1;
         if strip.n_tiles_left == 0 {
@@ -134,6 +140,32 @@ fn work<'a, 'film: 'a>(
     tally.n_tiles += n_finished;
     tally.rays.add(&wavefront.counts);
     tally.exact_tests += take_exact_tests();
+    tally.error.add(&blocks.sums);
+}
+
+/// Compares the quarters of each pixel's samples.
+struct Blocks {
+    sums: Sums,
+    /// Samples of a quarter; more than there are where they tell nothing.
+    length: usize,
+    /// Sums up to the end of each quarter.
+    prefix: [DVec3; 4],
+}
+
+impl Blocks {
+    fn new(job: &Job) -> Blocks {
+        let length = block_of(job.settings.sampler, job.pattern.n_samples()).unwrap_or(usize::MAX / 4);
+        Blocks { sums: Sums::default(), length, prefix: [DVec3::ZERO; 4] }
+    }
+
+    /// Notes the sum of the first `n_samples` of a pixel, which are `n_blocks` whole quarters.
+    #[inline(never)]
+    fn note(&mut self, n_blocks: usize, sum: DVec3) {
+        self.prefix[n_blocks - 1] = sum;
+        if n_blocks == 4 {
+            self.sums.note_blocks(&self.prefix, self.length);
+        }
+    }
 }
 
 /// Tiles in rows from the top left; those at the right and lower edge may be smaller.
@@ -153,6 +185,7 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
     wavefront: &mut Wavefront,
     pixels: &mut Vec<[f64; 4]>,
     layers: &mut Layers,
+    blocks: &mut Blocks,
 ) -> Result<(), Stopped> {
     let n_samples = if ONE_SAMPLE { 1 } else { job.pattern.n_samples() };
     let width = region.width_px() as usize;
@@ -163,6 +196,8 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
     }
     let order = block_order(width, region.height_px() as usize, n_samples);
     let mut first = (0, 0);
+    // The end of the quarter that the next sample belongs to.
+    let mut block_end = blocks.length;
     while first.0 < order.len() {
         if job.control.stop.load(Ordering::Relaxed) {
             return Err(Stopped);
@@ -194,7 +229,7 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
         (place, sample) = first;
         for (ray, (radiance, hit)) in level.radiance.iter().zip(&level.hits).enumerate() {
             if LAYERED {
-                layers.add(order[place] as usize, level, ray);
+                layers.add(order[place] as usize, level, ray, 1.0);
             }
             let [r, g, b, n_hits] = &mut pixels[order[place] as usize];
             *r += radiance.x;
@@ -202,8 +237,13 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
             *b += radiance.z;
             *n_hits += f64::from(u8::from(hit.is_some()));
             sample += 1;
+            if !ONE_SAMPLE && sample == block_end {
+                blocks.note(sample / blocks.length, DVec3::new(*r, *g, *b));
+                block_end += blocks.length;
+            }
             if sample == n_samples {
                 (place, sample) = (place + 1, 0);
+                block_end = blocks.length;
             }
         }
         first = next;

@@ -13,8 +13,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
+use super::cutoff::Cutoff;
 use super::parts::{Parts, PartsAsked};
 use super::shade::{Lighting, Shading};
+use super::signature;
 use super::{RayCounts, Stopped};
 use crate::accel::Accel;
 use crate::world::{Hit, Ray, World};
@@ -34,6 +36,10 @@ pub struct Level {
     parents: Vec<u32>,
     /// Share of the radiance that reaches the parent; empty for camera rays.
     weights: Vec<f64>,
+    /// What each may lose ([`Cutoff`]); empty unless something may be.
+    pub limits: Vec<f64>,
+    /// What each met and which lights reached it, in a number; empty unless asked for.
+    pub signatures: Vec<u32>,
     /// Radiance towards the ray's origin, without what deeper levels have yet to add.
     pub radiance: Vec<DVec3>,
     /// What it is made of, if that is asked for.
@@ -46,6 +52,8 @@ pub struct Bounces {
     rays: Vec<Ray>,
     parents: Vec<u32>,
     weights: Vec<f64>,
+    /// What each may lose; empty unless something may be.
+    limits: Vec<f64>,
     /// Whether each was refracted, not mirrored; empty unless parts are asked for.
     refracted: Vec<bool>,
     /// Rays from the front that have been taken.
@@ -57,6 +65,7 @@ impl Bounces {
         self.rays.clear();
         self.parents.clear();
         self.weights.clear();
+        self.limits.clear();
         self.refracted.clear();
         self.n_taken = 0;
     }
@@ -67,6 +76,12 @@ impl Bounces {
         self.rays.push(ray);
         self.parents.push(parent);
         self.weights.push(weight);
+    }
+
+    /// Says of the ray that was added last what it may lose.
+    #[inline]
+    pub fn note_limit(&mut self, limit: f64) {
+        self.limits.push(limit);
     }
 
     /// Says of the ray that was added last how it came about.
@@ -86,6 +101,7 @@ impl Bounces {
             std::mem::swap(&mut self.rays, &mut level.rays);
             std::mem::swap(&mut self.parents, &mut level.parents);
             std::mem::swap(&mut self.weights, &mut level.weights);
+            std::mem::swap(&mut self.limits, &mut level.limits);
             std::mem::swap(&mut self.refracted, &mut level.parts.refracted);
             self.clear();
             return;
@@ -95,6 +111,7 @@ impl Bounces {
         refill(&mut level.rays, &self.rays[next.clone()]);
         refill(&mut level.parents, &self.parents[next.clone()]);
         refill(&mut level.weights, &self.weights[next.clone()]);
+        refill(&mut level.limits, self.limits.get(next.clone()).unwrap_or_default());
         refill(&mut level.parts.refracted, self.refracted.get(next).unwrap_or_default());
     }
 }
@@ -131,6 +148,10 @@ pub struct Scene<'a> {
     pub clamp: bool,
     /// What to keep of the radiance's parts; the shading stage must have been made for it.
     pub parts: PartsAsked,
+    /// What may be left out.
+    pub cutoff: Cutoff,
+    /// Whether to keep what samples met.
+    pub signatures: bool,
     /// Rays in a chunk at most; at least 1, and the same image whatever it is.
     pub chunk_rays: usize,
 }
@@ -190,8 +211,14 @@ impl Wavefront {
         scene.accel.closest_hit(scene.world, &level.rays, &mut level.hits);
 
         // Shading: local radiance, shadow rays, mirror and refracted rays.
+        if depth == 0 {
+            level.limits.clear();
+            if scene.cutoff.is_on() {
+                level.limits.resize(level.rays.len(), scene.cutoff.camera_limit);
+            }
+        }
         let bounce = depth as u32 + 1 < scene.max_depth;
-        scene.shading.shade(scene.world, level, bounce, next, &mut self.lighting);
+        scene.shading.shade(scene.world, &scene.cutoff, level, bounce, next, &mut self.lighting);
         if scene.parts.any() {
             level.parts.begin(&scene.parts, depth == 0, &level.hits, &level.radiance);
         }
@@ -215,6 +242,14 @@ impl Wavefront {
             }
         }
 
+        level.signatures.clear();
+        if scene.signatures {
+            level.signatures.extend(level.hits.iter().map(|hit| signature::of_hit(scene.world, hit)));
+            for (shadow, _) in shadow.iter().zip(&self.occluded).filter(|(_, occluded)| !**occluded) {
+                signature::add_light(&mut level.signatures[shadow.ray_idx as usize], shadow.light);
+            }
+        }
+
         self.counts.shadow += shadow_rays.len() as u64;
         self.counts.reflection += next.rays.len() as u64 - self.lighting.n_refracted;
         self.counts.refraction += self.lighting.n_refractions;
@@ -234,6 +269,11 @@ impl Wavefront {
         if let Some(parents) = above.last_mut() {
             for ((&parent, &weight), &radiance) in level.parents.iter().zip(&level.weights).zip(&level.radiance) {
                 parents.radiance[parent as usize] += weight * radiance;
+            }
+            if scene.signatures {
+                for (&parent, &below) in level.parents.iter().zip(&level.signatures) {
+                    signature::add_bounce(&mut parents.signatures[parent as usize], below);
+                }
             }
             if scene.parts.any() {
                 for (ray, (&parent, &weight)) in level.parents.iter().zip(&level.weights).enumerate() {

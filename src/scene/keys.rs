@@ -79,7 +79,13 @@ fn read_camera(mut table: Table<'_>) -> CameraDesc {
 }
 
 fn read_render(mut table: Table<'_>) -> RenderDesc {
-    let words = [("center", SamplerKey::Center), ("grid", SamplerKey::Grid), ("jitter", SamplerKey::Jitter)];
+    let words = [
+        ("center", SamplerKey::Center),
+        ("grid", SamplerKey::Grid),
+        ("jitter", SamplerKey::Jitter),
+        ("random", SamplerKey::Random),
+        ("sobol", SamplerKey::Sobol),
+    ];
     let filters = [
         ("box", FilterKey::Box),
         ("triangle", FilterKey::Triangle),

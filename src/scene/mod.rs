@@ -62,11 +62,11 @@ pub struct Compiled {
 pub struct RenderKeys {
     /// Samples per pixel.
     pub samples: Option<u32>,
-    /// `center`, `grid` or `jitter`.
+    /// `center`, `grid`, `jitter`, `random` or `sobol`.
     pub sampler: Option<SamplerKey>,
     /// Pixel filter.
     pub filter: Option<FilterKey>,
-    /// Seed of the jitter.
+    /// Seed of all that is random.
     pub seed: Option<u64>,
     /// Longest chain of rays, the camera ray being 1.
     pub max_depth: Option<u32>,
@@ -89,6 +89,8 @@ pub enum SamplerKey {
     Center,
     Grid,
     Jitter,
+    Random,
+    Sobol,
 }
 
 /// The pixel filters by the names that scenes use.

@@ -1,85 +1,106 @@
 //! Where the samples of a pixel lie. Positions depend on the seed, the pixel and the sample number alone, so that
 //! they are the same for any order of work and for any crop.
 
+mod cells;
+mod sobol;
+
 use super::filter::{Filter, Warp};
 use super::{Sampler, Settings};
+use cells::{Cell, cells};
 
 /// Sample positions for all pixels of a render.
 #[derive(Clone, Debug)]
 pub struct Pattern {
-    cells: Vec<Cell>,
-    jitter: Option<u64>,
+    places: Places,
+    n_samples: usize,
+    seed: u64,
     warp: Option<Warp>,
 }
 
-/// A part of the pixel, in pixel units; all cells of a pattern have the same area.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Cell {
-    x: f64,
-    y: f64,
-    width: f64,
-    height: f64,
+#[derive(Clone, Debug)]
+enum Places {
+    /// Centres of cells.
+    Grid(Vec<Cell>),
+    /// A random point in each.
+    Jitter(Vec<Cell>),
+    /// Random points.
+    Random,
+    /// By sample, the second dimension of Sobol's sequence, bits reversed.
+    Sobol(Vec<u32>),
 }
 
 impl Pattern {
     /// The pattern of the settings.
     pub fn new(settings: &Settings) -> Pattern {
-        let centered = settings.sampler == Sampler::Center || settings.samples == 1;
+        let centered = settings.is_centered();
         let n_samples = if centered { 1 } else { settings.samples };
-        let jitter = (settings.sampler == Sampler::Jitter && !centered).then_some(settings.seed);
+        let places = match settings.sampler {
+            _ if centered => Places::Grid(cells(1)),
+            Sampler::Center | Sampler::Grid => Places::Grid(cells(n_samples)),
+            Sampler::Jitter => Places::Jitter(cells(n_samples)),
+            Sampler::Random => Places::Random,
+            Sampler::Sobol => Places::Sobol((0..n_samples).map(sobol::second).collect()),
+        };
         let filter = if centered { Filter::Box } else { settings.filter };
-        Pattern { cells: cells(n_samples), jitter, warp: filter.warp() }
+        Pattern { places, n_samples: n_samples as usize, seed: settings.seed, warp: filter.warp() }
     }
 
     /// Samples per pixel.
     pub fn n_samples(&self) -> usize {
-        self.cells.len()
+        self.n_samples
     }
 
     /// Position of a sample from the top left corner of its pixel: in [0, 1)² with the box filter, else as far around the
     /// centre as the filter reaches. A pixel's value is the plain mean of its samples.
     #[inline]
     pub fn position(&self, x_px: u32, y_px: u32, sample: usize) -> (f64, f64) {
-        let cell = self.cells[sample];
-        let (u, v) = match self.jitter {
-            None => (0.5, 0.5),
-            Some(seed) => {
-                let pixel = u64::from(y_px) << 32 | u64::from(x_px);
-                let bits = mix(mix(seed ^ mix(pixel)) ^ sample as u64);
-                // The upper and the lower half of the hash, as fractions of 2³².
-                ((bits >> 32) as f64 * SCALE, (bits & 0xffff_ffff) as f64 * SCALE)
+        let position = match &self.places {
+            Places::Grid(cells) => cells[sample].at((0.5, 0.5)),
+            Places::Jitter(cells) => cells[sample].at(self.random(x_px, y_px, sample)),
+            Places::Random => self.random(x_px, y_px, sample),
+            Places::Sobol(second) => {
+                let seeds = pixel_hash(self.seed, x_px, y_px);
+                let x = sobol::scrambled(sample as u32, seeds as u32);
+                let y = sobol::scrambled(second[sample], (seeds >> 32) as u32);
+                (f64::from(x) * SCALE, f64::from(y) * SCALE)
             }
         };
-        let position = (cell.x + u * cell.width, cell.y + v * cell.height);
+        self.warped(position)
+    }
+
+    /// Where a point of the unit square lies from the top left corner of its pixel.
+    #[inline]
+    pub fn warped(&self, position: (f64, f64)) -> (f64, f64) {
         match self.warp {
             None => position,
             Some(warp) => warp.position(position),
         }
     }
+
+    /// A point of the unit square for a sample.
+    #[inline]
+    fn random(&self, x_px: u32, y_px: u32, sample: usize) -> (f64, f64) {
+        unit_square(mix(pixel_hash(self.seed, x_px, y_px) ^ sample as u64))
+    }
+}
+
+/// A number for each pixel of each seed.
+#[inline]
+pub(super) fn pixel_hash(seed: u64, x_px: u32, y_px: u32) -> u64 {
+    mix(seed ^ mix(u64::from(y_px) << 32 | u64::from(x_px)))
+}
+
+/// The upper and the lower half of a hash, as fractions of 2³².
+#[inline]
+pub(super) fn unit_square(bits: u64) -> (f64, f64) {
+    ((bits >> 32) as f64 * SCALE, (bits & 0xffff_ffff) as f64 * SCALE)
 }
 
 const SCALE: f64 = 1.0 / (1u64 << 32) as f64;
 
-/// `n` cells of equal area, as square as `n` allows: rows from top to bottom, the last ones with fewer and wider cells.
-fn cells(n: u32) -> Vec<Cell> {
-    let n_rows = (1..=n).find(|rows| u64::from(*rows) * u64::from(*rows) >= u64::from(n)).unwrap_or(1);
-    let n_rows = if n.is_multiple_of(n_rows) { n_rows } else { n.div_ceil(n_rows) };
-    let (base, longer) = (n / n_rows, n % n_rows);
-    let mut cells = Vec::with_capacity(n as usize);
-    let mut above = 0;
-    for row in 0..n_rows {
-        let n_columns = base + u32::from(row < longer);
-        let (y, height) = (f64::from(above) / f64::from(n), f64::from(n_columns) / f64::from(n));
-        let width = 1.0 / f64::from(n_columns);
-        cells.extend((0..n_columns).map(|column| Cell { x: f64::from(column) * width, y, width, height }));
-        above += n_columns;
-    }
-    cells
-}
-
 /// The output function of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): every input bit changes every output bit.
 #[inline]
-fn mix(x: u64) -> u64 {
+pub(super) fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -92,13 +113,6 @@ mod tests {
 
     use super::*;
     use crate::world::Camera;
-
-    #[test]
-    fn four_grid_samples_are_the_originals() {
-        let cells = cells(4);
-        let centers: Vec<_> = cells.iter().map(|c| (c.x + 0.5 * c.width, c.y + 0.5 * c.height)).collect();
-        assert_eq!(centers, [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)]);
-    }
 
     #[test]
     fn samples_of_a_filter_are_spread_as_it_says_and_a_single_one_stays_the_centre() {
@@ -123,21 +137,6 @@ mod tests {
                 let pattern = Pattern::new(&settings(1, sampler, filter));
                 assert_eq!((pattern.n_samples(), pattern.position(1, 1, 0)), (1, (0.5, 0.5)));
             }
-        }
-    }
-
-    #[test]
-    fn cells_of_any_number_tile_the_pixel_with_equal_areas() {
-        for n in 1..200 {
-            let cells = cells(n);
-            assert_eq!(cells.len(), n as usize);
-            let share = 1.0 / f64::from(n);
-            for cell in &cells {
-                assert!((cell.width * cell.height - share).abs() < 1e-15, "{n}: {cell:?}");
-                assert!(cell.x + cell.width <= 1.0 + 1e-15 && cell.y + cell.height <= 1.0 + 1e-15);
-            }
-            let aspect = cells[0].width / cells[0].height;
-            assert!(n < 3 || (0.3..3.5).contains(&aspect), "{n}: {aspect}");
         }
     }
 }
