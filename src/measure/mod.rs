@@ -2,8 +2,12 @@
 
 pub mod difference;
 pub mod embree;
+pub mod error_map;
+pub mod flip;
 pub mod generate;
 pub mod oracle;
+pub mod pixels;
 pub mod rays;
+pub mod ssim;
 pub mod stress;
 pub mod throughput;
