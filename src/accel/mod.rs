@@ -4,6 +4,7 @@
 //! Both answer the same, bit for bit: the closest hit is the smallest `t`, at equal `t` the lowest id.
 
 mod area;
+pub mod beam;
 mod binary;
 mod build;
 mod cluster;
@@ -38,6 +39,7 @@ use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use area::Scale;
+pub use beam::Beam;
 use packet::PacketQuery;
 use query::{Any, Asked, Closest, Query, Todo};
 use wide::WideTree;

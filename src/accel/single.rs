@@ -48,7 +48,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) -> Visits {
 }
 
 /// Items that fit onto a stack of fixed size: trees of sixteen levels.
-const FEW_ITEMS: usize = 128;
+pub const FEW_ITEMS: usize = 128;
 
 /// The closest hit of an object ray in the tree of a prototype.
 #[inline(always)]
