@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::aov::{Aov, Aovs};
 use super::camera_ray::CameraRays;
+use super::cost::Cost;
 use super::surface::{Surface, describe, shading_normal};
 use super::trace::Level;
 use crate::world::{Hit, Ray, World};
@@ -31,6 +32,7 @@ pub struct Layers<'a> {
     /// By pixel; empty unless asked for.
     objects: Vec<Matte>,
     materials: Vec<Matte>,
+    costs: Vec<Cost>,
 }
 
 /// The sample of a pixel whose hit is nearest to the viewer.
@@ -75,6 +77,7 @@ impl<'a> Layers<'a> {
             is_inside: Vec::new(),
             objects: Vec::new(),
             materials: Vec::new(),
+            costs: Vec::new(),
         }
     }
 
@@ -91,6 +94,10 @@ impl<'a> Layers<'a> {
                 mattes.iter_mut().for_each(Vec::clear);
                 mattes.resize(n_pixels, Vec::new());
             }
+        }
+        if self.aovs.has(Aov::Cost) {
+            self.costs.clear();
+            self.costs.resize(n_pixels, Cost::default());
         }
     }
 
@@ -131,6 +138,9 @@ impl<'a> Layers<'a> {
                 *nearest = Nearest { is_inside, z, ray: level.rays[ray], hit: *hit };
             }
         }
+        if self.aovs.has(Aov::Cost) {
+            self.costs[pixel].add(level.parts.costs.of(ray));
+        }
         if !hit.is_some() {
             return;
         }
@@ -158,6 +168,11 @@ impl<'a> Layers<'a> {
             }
             if self.aovs.has(Aov::Samples) {
                 values[self.starts[Aov::Samples as usize]] = n_samples as f64;
+            }
+            if self.aovs.has(Aov::Cost) {
+                let Cost { visits, rays } = self.costs[pixel];
+                let counts = [visits.nodes, visits.leaves, rays].map(|count| count as f64);
+                values[self.starts[Aov::Cost as usize]..][..counts.len()].copy_from_slice(&counts);
             }
             for (aov, mattes) in [(Aov::CryptoObject, &mut self.objects), (Aov::CryptoMaterial, &mut self.materials)] {
                 if self.aovs.has(aov) {

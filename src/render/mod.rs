@@ -3,6 +3,7 @@
 pub mod aov;
 pub mod block;
 pub mod camera_ray;
+mod cost;
 mod describe;
 pub mod filter;
 mod layers;
