@@ -4,6 +4,7 @@ mod adaptive;
 pub mod aov;
 pub mod block;
 pub mod camera_ray;
+mod cost;
 mod cutoff;
 mod describe;
 mod estimate;

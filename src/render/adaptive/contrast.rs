@@ -17,6 +17,8 @@ pub struct Sight {
     /// Where it met it and the unit shading normal there; zeros where nothing was.
     p: Vec3,
     ns: Vec3,
+    /// Distance along the view axis; infinite where nothing was.
+    pub z: f64,
 }
 
 /// The least contrast that an edge is taken to have that ids, normals or depths show, between pixels and between parts of them:
@@ -32,15 +34,15 @@ const STEP_SINE: f32 = 0.5;
 
 impl Sight {
     /// What a ray of a finished level saw at a place, counted in cells of its size.
-    pub fn of(world: &World, place: Vec2, level: &Level, ray: usize) -> Sight {
+    pub fn of(world: &World, place: Vec2, level: &Level, ray: usize, depth: impl Fn(f64) -> f64) -> Sight {
         let hit = &level.hits[ray];
         let (radiance, signature) = (level.radiance[ray].as_vec3(), level.signatures[ray]);
         if !hit.is_some() {
-            return Sight { radiance, place, signature, p: Vec3::ZERO, ns: Vec3::ZERO };
+            return Sight { radiance, place, signature, p: Vec3::ZERO, ns: Vec3::ZERO, z: f64::INFINITY };
         }
         let Surface { p, ng, .. } = describe(world, &level.rays[ray], hit);
         let ns: DVec3 = shading_normal(world, hit, ng);
-        Sight { radiance, place, signature, p: p.as_vec3(), ns: ns.as_vec3() }
+        Sight { radiance, place, signature, p: p.as_vec3(), ns: ns.as_vec3(), z: depth(hit.t) }
     }
 
     /// What stands for the sample of a part of the cell, until there is one.
@@ -48,9 +50,14 @@ impl Sight {
         Sight { place: 2.0 * self.place, ..*self }
     }
 
+    /// Whether two samples met the same and no light is new.
+    pub fn is_alike(&self, other: &Sight) -> bool {
+        self.signature == other.signature
+    }
+
     /// Whether there is an edge between two samples, whatever their colours.
     pub fn is_across_an_edge(&self, other: &Sight) -> bool {
-        if self.signature != other.signature {
+        if !self.is_alike(other) {
             return true;
         }
         let between = other.p - self.p;

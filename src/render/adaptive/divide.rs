@@ -44,6 +44,10 @@ struct Mark {
     again: bool,
 }
 
+/// How often pixels are halved at most to find what a beam says is there: a wire of 1/50 pixel then takes a sixth of each cell that it
+/// crosses, and of eight or more samples one most likely meets it.
+const SEEKING_SPLITS: u32 = 3;
+
 /// The cells of a block, in memory that is used again for the next.
 #[derive(Debug, Default)]
 pub struct Division {
@@ -56,6 +60,8 @@ pub struct Division {
     /// By cell: whether it is to be divided.
     is_marked: Vec<bool>,
     marked: Vec<Mark>,
+    /// By cell: the depth that something in it is nearer than which no sample around has met.
+    hidden: Vec<Option<f64>>,
     /// Cells whose samples are to be taken, and the places of those of a batch, in cells of their size.
     new: Vec<usize>,
     places: Vec<Vec2>,
@@ -69,6 +75,7 @@ impl Division {
         self.sights.resize(self.tree.len(), Sight::default());
         self.is_marked.clear();
         self.is_marked.resize(self.tree.len(), false);
+        self.hidden.clear();
         let seed = by.job.settings.seed ^ DECIDING;
         self.thresholds.clear();
         for root in 0..self.tree.len() {
@@ -82,7 +89,11 @@ impl Division {
         while !self.new.is_empty() {
             self.see(by, block, seed, wavefront)?;
             self.mark(by.adaptive);
-            self.split();
+            if self.hidden.is_empty() {
+                self.hidden.resize(self.tree.len(), None);
+                self.look_for_hidden(by, block);
+            }
+            self.split(by, block);
         }
         Ok(())
     }
@@ -107,7 +118,8 @@ impl Division {
             }
             let level = wavefront.trace(by.scene, &control.stop)?;
             for (ray, (place, &index)) in self.places.drain(..).zip(batch).enumerate() {
-                self.sights[index] = Sight::of(by.scene.world, place, level, ray);
+                let depth = |t: f64| camera.depth(&level.rays[ray], t);
+                self.sights[index] = Sight::of(by.scene.world, place, level, ray, depth);
             }
         }
         Ok(())
@@ -115,12 +127,13 @@ impl Division {
 
     /// Finds the cells that are to be divided, by what is new.
     fn mark(&mut self, adaptive: &Adaptive) {
-        let Division { tree, sights, thresholds, new, marked, is_marked, .. } = self;
+        let Division { tree, sights, thresholds, new, marked, is_marked, hidden, .. } = self;
         marked.clear();
         let mut consider = |index: usize, contrast: f32| {
             let cell = tree.cell(index);
             let (contribution, threshold) = (contrast * cell.area(), thresholds[tree.root_of(index)]);
-            let is_due = cell.level < adaptive.min_splits || contribution > threshold;
+            let seeks = hidden.get(index).is_some_and(Option::is_some) && cell.level < SEEKING_SPLITS;
+            let is_due = cell.level < adaptive.min_splits || seeks || contribution > threshold;
             if is_due
                 && !is_marked[index]
                 && cell.is_leaf()
@@ -129,7 +142,7 @@ impl Division {
             {
                 is_marked[index] = true;
                 // A part has a quarter of the area, and its contrast is no greater but by chance.
-                let again = cell.level + 1 < adaptive.min_splits || 0.25 * contribution > threshold;
+                let again = cell.level + 1 < adaptive.min_splits || seeks || 0.25 * contribution > threshold;
                 marked.push(Mark { index, again });
             }
         };
@@ -151,8 +164,47 @@ impl Division {
         }
     }
 
+    /// Marks pixels around which all samples met the same, and in which there is something nearer all the same: a wire, a
+    /// hair, a corner of what lies at the edge of the pixel.
+    fn look_for_hidden(&mut self, by: &Divider, block: &Region) {
+        for row in 0..block.height_px() as usize {
+            for column in 0..block.width_px() as usize {
+                let root = self.tree.root(column, row);
+                if self.is_marked[root] {
+                    continue;
+                }
+                let mut around = self.tree.around(root).map(|index| &self.sights[index]);
+                let own = &self.sights[root];
+                let (mut nearest, mut farthest) = (own.z, own.z);
+                let is_even = around.all(|sight| {
+                    (nearest, farthest) = (nearest.min(sight.z), farthest.max(sight.z));
+                    sight.is_alike(own)
+                });
+                // As much nearer as the depths around are apart, a surface may be between the samples.
+                let depth = if nearest.is_finite() { nearest - (farthest - nearest) } else { nearest };
+                if is_even && self.hides(by, block, root, depth) {
+                    self.hidden[root] = Some(depth);
+                    self.is_marked[root] = true;
+                    self.marked.push(Mark { index: root, again: true });
+                }
+            }
+        }
+    }
+
+    /// Whether there is something in a cell that is nearer than a depth.
+    fn hides(&self, by: &Divider, block: &Region, index: usize, depth: f64) -> bool {
+        let cell = self.tree.cell(index);
+        let (x, y) = image_pixel(block, cell.pixel());
+        let corner = |at: (f64, f64)| {
+            let (dx, dy) = by.job.pattern.warped(cell.square().at(at));
+            [x as f64 + dx, y as f64 + dy]
+        };
+        let beam = by.job.camera.beam(corner((0.0, 0.0)), corner((1.0, 1.0)));
+        by.scene.accel.anything_nearer(by.scene.world, &beam, depth)
+    }
+
     /// Divides what is marked. Parts that will not be divided again need no sample of their own.
-    fn split(&mut self) {
+    fn split(&mut self, by: &Divider, block: &Region) {
         self.new.clear();
         for &Mark { index, again } in &self.marked {
             let first = self.tree.len();
@@ -160,6 +212,10 @@ impl Division {
             let sight = self.sights[index].of_a_part();
             self.sights.resize(first + 4, sight);
             self.is_marked.resize(first + 4, false);
+            let depth = self.hidden[index];
+            for child in first..first + 4 {
+                self.hidden.push(depth.filter(|&depth| self.hides(by, block, child, depth)));
+            }
             if again {
                 self.new.extend(first..first + 4);
             }

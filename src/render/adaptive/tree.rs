@@ -109,6 +109,13 @@ impl Tree {
         [(-1, 0), (1, 0), (0, -1), (0, 1)].into_iter().filter_map(move |(dx, dy)| self.find(x + dx, y + dy, level))
     }
 
+    /// The eight pixels around a pixel of the block.
+    pub fn around(&self, root: usize) -> impl Iterator<Item = usize> + use<> {
+        let columns = self.size_px[0];
+        let rows = [root - columns, root, root + columns];
+        rows.into_iter().flat_map(|middle| [middle - 1, middle, middle + 1]).filter(move |&index| index != root)
+    }
+
     /// The cells of its size at the four sides of a cell, left, right, above and below, if all are there.
     pub fn equal_neighbors(&self, index: usize) -> Option<[usize; 4]> {
         let mut equal = [0; 4];
