@@ -1,5 +1,5 @@
 //! Every scene of `scenes/` against a small golden image, bit for bit: images are promised to be the same on every
-//! machine.
+//! machine. One scene against one for every sampler besides.
 //!
 //! `FLATRAY_BLESS=1 cargo test --test golden` writes the golden images anew; look at the pictures before you commit them.
 
@@ -18,7 +18,7 @@ use flatray::film::exr::{self, ExrAttributes, ExrOptions};
 use flatray::film::output::write_file;
 use flatray::film::{Display, Film, Picture, Plane, Samples, png};
 use flatray::measure::difference::compare;
-use flatray::render::{Sampler, Settings};
+use flatray::render::{Adaptive, Sampler, Settings, Spread};
 use world_kit::rendering::render_world;
 use world_kit::scenes::{load_scene, scene_names};
 use world_kit::settings::center_settings;
@@ -35,10 +35,14 @@ fn golden_path(name: &str) -> PathBuf {
 
 /// Four jittered samples, the scene's depth.
 fn render_scene(name: &str) -> Film {
+    render_sampled(name, Sampler::Jitter, Spread::Uniform)
+}
+
+fn render_sampled(name: &str, sampler: Sampler, spread: Spread) -> Film {
     let scene = load_scene(name, WIDTH_PX, HEIGHT_PX);
     let max_depth = scene.render.max_depth.unwrap_or(5);
-    let settings =
-        Settings { samples: 4, sampler: Sampler::Jitter, seed: 1, max_depth, ..center_settings(&scene.camera) };
+    let samples = if sampler == Sampler::Center { 1 } else { 4 };
+    let settings = Settings { samples, sampler, spread, seed: 1, max_depth, ..center_settings(&scene.camera) };
     render_world(&scene.world, &scene.camera, &settings).film
 }
 
@@ -97,14 +101,13 @@ fn write_difference(name: &str, golden: &Film, found: &Film) -> PathBuf {
     let film = Film { width_px, height_px, data_window, planes: planes.collect() };
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden");
     fs::create_dir_all(&folder).unwrap();
-    let path = folder.join(format!("{name}-golden-found-difference.png"));
+    let path = folder.join(format!("{}-golden-found-difference.png", name.replace('/', "-")));
     write_file(&path, |out| png::write(&film, &Display::Picture(Picture::default()), out)).unwrap();
     path
 }
 
 /// What is wrong with a scene's image; nothing when its bits are the golden ones.
-fn judge(name: &str) -> Option<String> {
-    let found = render_scene(name);
+fn judge(name: &str, found: Film) -> Option<String> {
     let path = golden_path(name);
     if is_blessing() {
         write_exr(&path, &found);
@@ -130,7 +133,7 @@ fn judge(name: &str) -> Option<String> {
 
 #[test]
 fn every_scene_renders_to_the_bits_of_its_golden_image() {
-    let wrong: Vec<String> = scene_names().iter().filter_map(|name| judge(name)).collect();
+    let wrong: Vec<String> = scene_names().iter().filter_map(|name| judge(name, render_scene(name))).collect();
     assert!(
         wrong.is_empty(),
         "{}\nIf the new images are right, make them golden with FLATRAY_BLESS=1 cargo test --test golden",
@@ -139,12 +142,30 @@ fn every_scene_renders_to_the_bits_of_its_golden_image() {
 }
 
 #[test]
+fn every_sampler_renders_to_the_bits_of_its_golden_image() {
+    let uniform = |sampler| render_sampled("default", sampler, Spread::Uniform);
+    let adaptive = render_sampled("default", Sampler::Sobol, Spread::Adaptive(Adaptive::new(0.05)));
+    let images = [
+        ("samplers/center", uniform(Sampler::Center)),
+        ("samplers/grid", uniform(Sampler::Grid)),
+        ("samplers/random", uniform(Sampler::Random)),
+        ("samplers/sobol", uniform(Sampler::Sobol)),
+        ("samplers/adaptive", adaptive),
+    ];
+    let wrong: Vec<String> = images.into_iter().filter_map(|(name, found)| judge(name, found)).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
 fn golden_images_belong_to_scenes_and_stay_small() {
     if is_blessing() {
         return;
     }
-    let files: Vec<PathBuf> =
-        fs::read_dir(golden_path("any").parent().unwrap()).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let files: Vec<PathBuf> = fs::read_dir(golden_path("any").parent().unwrap())
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.is_file())
+        .collect();
     let found: BTreeSet<String> =
         files.iter().map(|path| path.file_stem().unwrap().to_str().unwrap().to_string()).collect();
     assert_eq!(found, scene_names().into_iter().collect(), "golden images and scenes");

@@ -21,7 +21,7 @@ const UNIT: f64 = (1u128 << 64) as f64;
 
 /// What is too large to count, or no number, counts as much as there is room for (or nothing).
 fn fixed(squared: f64) -> u128 {
-    ((squared * UNIT) as u128).min(u128::MAX >> 32)
+    (squared * UNIT) as u128
 }
 
 impl Sums {
@@ -31,14 +31,15 @@ impl Sums {
         let [q1, half, q3, whole] = *prefix;
         let share = 1.0 / block as f64;
         let squared = |difference: DVec3| (difference * share).length_squared();
-        self.quarters += fixed(squared(q1 - (half - q1)) + squared(q3 - half - (whole - q3)));
-        self.halves += fixed(0.25 * squared(half - (whole - half)));
+        self.quarters =
+            self.quarters.saturating_add(fixed(squared(q1 - (half - q1)) + squared(q3 - half - (whole - q3))));
+        self.halves = self.halves.saturating_add(fixed(0.25 * squared(half - (whole - half))));
     }
 
     /// Notes the difference of two independent values of a part of a pixel, which is the mean of both.
     #[inline]
     pub fn note_pair(&mut self, difference: DVec3) {
-        self.halves += fixed(difference.length_squared());
+        self.halves = self.halves.saturating_add(fixed(difference.length_squared()));
     }
 
     /// Adds the sums of other pixels.
@@ -57,16 +58,57 @@ impl Sums {
 
     /// The root mean square error over the channels of pixels of `n_samples` in a sequence.
     ///
-    /// With V(n) the variance of the mean of n samples in a row, E(a − b)² = 4(V(n) − V(2n)) for neighbouring blocks of n. Where
-    /// V falls as n^−α, blocks of n and 2n tell α, and so V(4n).
+    /// With V(n) the variance of the mean of n samples in a row, E(a − b)² = 4(V(n) − V(2n)) for neighbouring blocks of n: blocks of
+    /// two lengths tell the two unknowns of a [`Law`]. Samples that are no power of two are several whole blocks, whose errors are taken to be
+    /// independent.
     pub fn rmse_of_sequence(&self, n_pixels: usize, n_samples: usize) -> f64 {
-        let halves = mean(self.halves, n_pixels);
-        let quarters = 0.5 * mean(self.quarters, n_pixels);
-        let alpha = if halves > 0.0 { libm::log2(quarters / halves) } else { ALPHA_OF_RANDOM };
-        let alpha = alpha.clamp(ALPHA_OF_RANDOM, ALPHA_OF_SMOOTH);
-        let compared = n_samples / 4 * 4;
-        let variance = halves / (4.0 * (libm::pow(2.0, alpha) - 1.0));
-        (variance * libm::pow(compared as f64 / n_samples as f64, alpha)).sqrt()
+        let halves = 0.25 * mean(self.halves, n_pixels);
+        let quarters = 0.25 * 0.5 * mean(self.quarters, n_pixels);
+        let law = Law::of(block_length(n_samples) as f64, quarters, halves);
+        let blocks = (0..usize::BITS).filter(|bit| n_samples >> bit & 1 != 0).map(|bit| libm::ldexp(1.0, bit as i32));
+        let squared: f64 = blocks.map(|n| n * n * law.variance(n)).sum();
+        squared.sqrt() / n_samples as f64
+    }
+}
+
+/// How the variance of a mean falls with the samples.
+#[derive(Clone, Copy, Debug)]
+enum Law {
+    /// As scale·n^−exponent: random samples and nets that are little better.
+    Power { scale: f64, exponent: f64 },
+    /// As edges·n^−1.5 + smooth·n⁻³: what scrambled nets make of the parts of an image that have edges and of those that are smooth (Owen,
+    /// *Scrambled Net Variance for Integrals of Smooth Functions*, 1997).
+    Nets { edges: f64, smooth: f64 },
+}
+
+const EDGES: f64 = 1.5;
+const SMOOTH: f64 = 3.0;
+
+impl Law {
+    /// The law by V(n) − V(2n) and V(2n) − V(4n).
+    fn of(n: f64, first: f64, second: f64) -> Law {
+        let ratio = first / second;
+        // Powers of two by libm, so that bits are the same everywhere.
+        let (of_edges, of_smooth) = (libm::exp2(EDGES), libm::exp2(SMOOTH));
+        // n^−k − (2n)^−k
+        let step = |n: f64, k: f64| libm::pow(n, -k) - libm::pow(2.0 * n, -k);
+        if ratio < of_edges {
+            let exponent = libm::log2(ratio).clamp(1.0, EDGES);
+            return Law::Power { scale: second / step(2.0 * n, exponent), exponent };
+        }
+        if ratio >= of_smooth || second <= 0.0 {
+            return Law::Nets { edges: 0.0, smooth: second.max(0.0) / step(2.0 * n, SMOOTH) };
+        }
+        // What edges have of the second step: the first is 2^1.5 of that and 2³ of the rest.
+        let share = (of_smooth * second - first) / (of_smooth - of_edges);
+        Law::Nets { edges: share / step(2.0 * n, EDGES), smooth: (second - share) / step(2.0 * n, SMOOTH) }
+    }
+
+    fn variance(&self, n: f64) -> f64 {
+        match *self {
+            Law::Power { scale, exponent } => scale * libm::pow(n, -exponent),
+            Law::Nets { edges, smooth } => edges * libm::pow(n, -EDGES) + smooth * libm::pow(n, -SMOOTH),
+        }
     }
 }
 
@@ -75,15 +117,16 @@ fn mean(sum: u128, n_pixels: usize) -> f64 {
     sum as f64 / UNIT / (3.0 * n_pixels as f64)
 }
 
-/// Variance falls as n⁻¹ for random samples, and no faster than n⁻³ for scrambled nets (Owen 1997).
-const ALPHA_OF_RANDOM: f64 = 1.0;
-const ALPHA_OF_SMOOTH: f64 = 3.0;
-
 /// Samples of a pixel in each of the four blocks that are compared, if they tell an error: a sequence of which every block is as
 /// good as the next, of at least four samples.
 pub fn block_of(sampler: Sampler, n_samples: usize) -> Option<usize> {
     let is_sequence = matches!(sampler, Sampler::Random | Sampler::Sobol);
-    (is_sequence && n_samples >= 4).then_some(n_samples / 4)
+    (is_sequence && n_samples >= 4).then(|| block_length(n_samples))
+}
+
+/// The largest power of two of which there are four: blocks of other lengths are no nets.
+fn block_length(n_samples: usize) -> usize {
+    1 << (n_samples / 4).max(1).ilog2()
 }
 
 #[cfg(test)]
@@ -114,32 +157,39 @@ mod tests {
         assert!(sums.rmse_of_pairs(1, 1) > 1e9);
     }
 
+    /// The sums of a pixel of eight samples, of which blocks of two and four differ as much as V(n) makes them, in one channel.
+    fn sums_of(variance: impl Fn(f64) -> f64) -> Sums {
+        let sibling = |n: f64| (4.0 * (variance(n) - variance(2.0 * n))).sqrt();
+        let (quarter, half) = (sibling(2.0), sibling(4.0));
+        // First half: quarters at ±quarter/2 around half/2; second half around −half/2.
+        let means = [half + quarter, half - quarter, quarter - half, -quarter - half].map(|twice| 0.5 * twice);
+        let mut sum = DVec3::ZERO;
+        let prefix = means.map(|mean| {
+            sum.x += 2.0 * mean;
+            sum
+        });
+        let mut sums = Sums::default();
+        sums.note_blocks(&prefix, 2);
+        sums
+    }
+
     #[test]
     fn blocks_tell_the_law_that_they_follow() {
-        // Blocks as different as V(n) = n^−α makes them: E(a − b)² = 4(V(n) − V(2n)), all in one channel.
-        for alpha in [1.0, 1.5, 2.0, 3.0] {
-            let variance = |n: f64| n.powf(-alpha);
-            let sibling = |n: f64| (4.0 * (variance(n) - variance(2.0 * n))).sqrt();
-            let (quarter, half) = (sibling(2.0), sibling(4.0));
-            // First half: quarters at ±quarter/2 around half/2; second half around −half/2.
-            let means = [half + quarter, half - quarter, quarter - half, -quarter - half].map(|twice| 0.5 * twice);
-            let mut sum = DVec3::ZERO;
-            let prefix = means.map(|mean| {
-                sum.x += 2.0 * mean;
-                sum
-            });
-            let mut sums = Sums::default();
-            sums.note_blocks(&prefix, 2);
+        let powers = [1.0_f64, 1.25, 1.5, 3.0].map(|exponent| (1.0, exponent, 0.0));
+        for (a, k, b) in powers.into_iter().chain([(1.0, 1.5, 0.5), (0.1, 1.5, 4.0), (1.0, 1.5, 100.0)]) {
+            let variance = |n: f64| a * n.powf(-k) + b * n.powi(-3);
             let expected = (variance(8.0) / 3.0).sqrt();
-            let found = sums.rmse_of_sequence(1, 8);
-            assert!((found / expected - 1.0).abs() < 1e-9, "{alpha}: {found} for {expected}");
+            let found = sums_of(variance).rmse_of_sequence(1, 8);
+            assert!((found / expected - 1.0).abs() < 1e-6, "{a}·n^−{k} + {b}·n⁻³: {found} for {expected}");
         }
+        assert_eq!(Sums::default().rmse_of_sequence(1, 8), 0.0);
     }
 
     #[test]
     fn only_sequences_of_four_and_more_are_compared() {
         assert_eq!(block_of(Sampler::Sobol, 4), Some(1));
         assert_eq!(block_of(Sampler::Random, 11), Some(2));
+        assert_eq!(block_of(Sampler::Sobol, 31), Some(4));
         assert_eq!(block_of(Sampler::Sobol, 3), None);
         assert!([Sampler::Center, Sampler::Grid, Sampler::Jitter].iter().all(|&it| block_of(it, 64).is_none()));
     }

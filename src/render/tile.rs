@@ -239,7 +239,8 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
             sample += 1;
             if !ONE_SAMPLE && sample == block_end {
                 blocks.note(sample / blocks.length, DVec3::new(*r, *g, *b));
-                block_end += blocks.length;
+                // What is left over after the fourth quarter is compared with nothing.
+                block_end = if sample < 4 * blocks.length { sample + blocks.length } else { usize::MAX };
             }
             if sample == n_samples {
                 (place, sample) = (place + 1, 0);

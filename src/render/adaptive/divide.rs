@@ -164,8 +164,8 @@ impl Division {
         }
     }
 
-    /// Marks pixels around which all samples met the same, and in which there is something nearer all the same: a wire, a
-    /// hair, a corner of what lies at the edge of the pixel.
+    /// Marks pixels in which no edge is known, but something nearer than what was met there and around: a wire, a hair, a corner of what lies at
+    /// the edge of the pixel.
     fn look_for_hidden(&mut self, by: &Divider, block: &Region) {
         for row in 0..block.height_px() as usize {
             for column in 0..block.width_px() as usize {
@@ -173,16 +173,15 @@ impl Division {
                 if self.is_marked[root] {
                     continue;
                 }
-                let mut around = self.tree.around(root).map(|index| &self.sights[index]);
                 let own = &self.sights[root];
                 let (mut nearest, mut farthest) = (own.z, own.z);
-                let is_even = around.all(|sight| {
+                for sight in self.tree.around(root).map(|index| &self.sights[index]).filter(|sight| sight.is_alike(own))
+                {
                     (nearest, farthest) = (nearest.min(sight.z), farthest.max(sight.z));
-                    sight.is_alike(own)
-                });
+                }
                 // As much nearer as the depths around are apart, a surface may be between the samples.
                 let depth = if nearest.is_finite() { nearest - (farthest - nearest) } else { nearest };
-                if is_even && self.hides(by, block, root, depth) {
+                if self.hides(by, block, root, depth) {
                     self.hidden[root] = Some(depth);
                     self.is_marked[root] = true;
                     self.marked.push(Mark { index: root, again: true });
