@@ -127,9 +127,10 @@ fn figures_and_errors_of_pixels_are_those_of_the_programs_that_define_them() {
     }
 }
 
-/// Both programs compute FLIP in f32.
+/// Both compute FLIP in f32: docs/NUMERICS.md.
 const FLIP_TOLERANCE: f64 = 1e-5;
-const ERROR_TOLERANCE: f32 = 1e-3;
+const ERROR_TOLERANCE: f32 = 4e-4;
+/// Levels of a PNG pass through a linear f32 here, rounded by 6e-8 of themselves.
 const SSIM_TOLERANCE: f64 = 1e-7;
 
 #[test]
