@@ -416,9 +416,10 @@ fn diff_compares_images_and_keeps_to_limits() {
     room.succeeds("render scene.toml --samples 1 --fov 80 -o b.exr -o b.png -q");
 
     let equal = room.json("diff a.exr a.exr --json --max-abs 0 --max-differing 0 --min-psnr 200");
-    for key in ["differing", "max", "mae", "rmse", "p999"] {
+    for key in ["differing", "max", "mae", "rmse", "relmse", "p999", "flip"] {
         assert_eq!(equal[key].as_f64(), Some(0.0), "{key}");
     }
+    assert_eq!(equal["ssim"].as_f64(), Some(1.0));
     assert_eq!(equal["psnr"], Value::Null);
 
     let unequal = room.json("diff a.exr b.exr --json");
@@ -428,10 +429,22 @@ fn diff_compares_images_and_keeps_to_limits() {
     for limit in ["--max-abs 1e-6", "--max-rmse 1e-9", "--max-mae 0", "--max-differing 0.1", "--min-psnr 150"] {
         room.fails(&format!("diff a.exr b.exr {limit}"), 1, &["over the limit"]);
     }
+    for limit in ["--max-relmse 1e-6", "--max-flip 1e-6", "--min-ssim 0.999999"] {
+        room.fails(&format!("diff a.exr b.exr {limit}"), 1, &["over the limit"]);
+    }
+    room.succeeds("diff a.exr b.exr --max-relmse 1e6 --max-flip 1 --min-ssim -1");
     room.succeeds("diff a.exr b.exr --max-abs 100 --max-differing 100");
     room.succeeds("diff a.png b.exr");
     room.succeeds("diff a.png b.png --linear --out d.png");
     assert_eq!(png_size(&room.path().join("d.png")), (32, 24));
+    for map in ["abs", "signed", "flip"] {
+        room.succeeds(&format!("diff a.exr b.exr --out {map}.png --map {map}"));
+        assert_eq!(png_size(&room.path().join(format!("{map}.png"))), (32, 24));
+    }
+    // Where nothing differs, the maps are black, white and black.
+    room.succeeds("diff a.exr a.exr --out none.png --map signed");
+    room.succeeds("diff a.png a.png --out black.png --map flip");
+    room.fails("diff none.png black.png --max-differing 99.9", 1, &["differing is 100"]);
 }
 
 #[test]
@@ -444,6 +457,8 @@ fn diff_refuses_what_it_cannot_compare() {
     room.fails("diff a.png scene.toml", 1, &["scene.toml"]);
     room.fails("diff a.png a.png --out d.jpg", 2, &["d.jpg", ".png"]);
     room.fails("diff a.png a.png --max-abs -1", 2, &["--max-abs"]);
+    room.fails("diff a.png a.png --map flip", 2, &["--out"]);
+    room.fails("diff a.png a.png --out d.png --map heat", 2, &["heat", "signed"]);
 }
 
 #[test]

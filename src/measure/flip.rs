@@ -96,10 +96,10 @@ fn exposure_factors(pixels: &Pixels) -> Vec<f32> {
     let [r, g, b] = &pixels.b;
     let mut luminances: Vec<f64> =
         (0..pixels.n_pixels()).map(|at| luminance([r, g, b].map(|channel| channel[at].max(0.0)))).collect();
-    luminances.sort_unstable_by(f64::total_cmp);
-    let n = luminances.len();
-    let brightest = luminances[n - 1].max(LEAST_LUMINANCE);
-    let median = (0.5 * (luminances[(n - 1) / 2] + luminances[n / 2])).max(LEAST_LUMINANCE);
+    let brightest = luminances.iter().copied().fold(LEAST_LUMINANCE, f64::max);
+    // Of an even number the upper middle one, as `flip-evaluator` 1.7 has it.
+    let middle = luminances.len() / 2;
+    let median = luminances.select_nth_unstable_by(middle, f64::total_cmp).1.max(LEAST_LUMINANCE);
     let shown = aces_inverse(SHOWN);
     let (start, stop) = (libm::log2(shown / brightest), libm::log2(shown / median));
     let n_exposures = (stop - start).ceil().max(2.0) as usize;
