@@ -4,6 +4,7 @@ use clap::Args;
 use clap::error::ErrorKind;
 
 use super::failure::Failure;
+use super::heatmap::HeatmapArg;
 use crate::error::{Place, Problem};
 use crate::film::cryptomatte;
 use crate::render::aov::DEFAULT_MATTE_LEVELS;
@@ -17,17 +18,22 @@ const MAX_MATTE_LEVELS: i64 = 32;
 #[derive(Args, Clone, Debug, Default)]
 pub struct AovArgs {
     /// Layers of the EXR beside the beauty, comma-separated: all, lobes (ambient, diffuse, specular, reflection, refraction,
-    /// background), lights, albedo, Z, P, N, Ng, uv, object, material, samples, cryptomatte (CryptoObject, CryptoMaterial)
+    /// background), lights, albedo, Z, P, N, Ng, uv, object, material, samples, cryptomatte (CryptoObject, CryptoMaterial),
+    /// and cost, which is not in all
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = AovKey::parse, help_heading = "Output")]
     pub aov: Option<Vec<AovKey>>,
     /// Ids a pixel that a Cryptomatte keeps [default: 6]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_MATTE_LEVELS),
           help_heading = "Output")]
     pub cryptomatte_levels: Option<u32>,
+    /// A picture of what each pixel cost beside the first output, STEM.cost.png, and the layer cost in an EXR
+    #[arg(long, value_name = "WHAT", help_heading = "Output")]
+    pub heatmap: Option<HeatmapArg>,
 }
 
 impl AovArgs {
-    /// The layers of a render: those of the command line, or else those of the scene. Without an EXR there are none.
+    /// The layers of a render: those of the command line, or else those of the scene. Without an EXR there are none but the one
+    /// that a heatmap shows.
     ///
     /// # Errors
     /// Wrong usage: layers for no EXR, parts of a beauty that is not their sum.
@@ -37,7 +43,8 @@ impl AovArgs {
             return Err(Failure::usage("render", ErrorKind::ArgumentConflict, message));
         }
         let asked = if writes_exr { self.aov.as_ref().unwrap_or(&scene.render.aovs).as_slice() } else { &[] };
-        let wanted: Vec<Aov> = asked.iter().flat_map(|&key| aovs_of(key)).collect();
+        let heatmap = self.heatmap.map(|HeatmapArg::Cost| Aov::Cost);
+        let wanted: Vec<Aov> = asked.iter().flat_map(|&key| aovs_of(key)).chain(heatmap).collect();
         let is_part = |aov: &Aov| *aov == Aov::Lights || Aov::LOBES.contains(aov);
         if course && wanted.iter().any(is_part) {
             let message = "'--compat course' clamps every bounce, so that lobes and lights do not add up: leave them out of \

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `args`, `aov_args`, `exr_args`, `picture_args`, `value` | what may be said, and how it is read |
 //! | `render`, `info`, `diff`, `tonemap`, `merge`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
-//! | `plan`, `budget`, `output`, `exr_attributes` | what a render will do and write, settled before it starts |
+//! | `plan`, `budget`, `output`, `heatmap`, `exr_attributes` | what a render will do and write, settled before it starts |
 //! | `progress`, `stats`, `info_text`, `throughput_text`, `quantity` | what is shown |
 //! | `diagnostic`, `terminal` | how problems look, and where text goes |
 //! | `files` | where the library reads and writes files |
@@ -21,6 +21,7 @@ mod exr_args;
 mod exr_attributes;
 mod failure;
 mod files;
+mod heatmap;
 mod info;
 mod info_text;
 mod interrupt;

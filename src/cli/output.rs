@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::plan::Plan;
-use super::{files, terminal};
+use super::{files, heatmap, terminal};
 use crate::error::Error;
 use crate::film::exr::ExrAttributes;
 use crate::film::output::Format;
@@ -94,7 +94,9 @@ pub fn resolve(args: &RenderArgs) -> Result<Vec<Output>, Failure> {
     let paths = if args.outputs.is_empty() { default_paths(args.input.as_deref()) } else { args.outputs.clone() };
     let outputs: Vec<Output> = paths.into_iter().map(output_of).collect::<Result<_, _>>()?;
 
-    let written: Vec<&Path> = outputs.iter().map(|output| output.path.as_path()).chain(args.stats.as_deref()).collect();
+    let heatmap = heatmap::path_of(args.aov.heatmap, &outputs);
+    let images = outputs.iter().map(|output| output.path.as_path());
+    let written: Vec<&Path> = images.chain(args.stats.as_deref()).chain(heatmap.as_deref()).collect();
     for (index, path) in written.iter().enumerate() {
         let same = |other: &Path| is_same_file(other, path);
         if written[..index].iter().any(|other| same(other)) {

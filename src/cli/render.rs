@@ -10,6 +10,7 @@ use super::args::RenderArgs;
 use super::budget::{self, Budget, Frame};
 use super::failure::Failure;
 use super::files::{self, Writing};
+use super::heatmap::{self, Heatmap};
 use super::interrupt::Interrupt;
 use super::memory::{self, Need};
 use super::output::{self, Image};
@@ -87,14 +88,16 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         threads: plan.settings.threads,
         bvh: (plan.accel == AccelKind::Bvh).then(|| plan.preset.name()),
     };
-    let files = writings(&film, &images, args.stats.as_deref(), &stats, &interrupt);
+    let heatmap = Heatmap::new(&film, heatmap::path_of(args.aov.heatmap, &outputs));
+    let files = writings(&film, &images, heatmap.as_ref(), args.stats.as_deref(), &stats, &interrupt);
     files::write_together(&files).map_err(|error| match interrupt.check() {
         Ok(()) => Failure::Error(error),
         Err(interrupted) => interrupted,
     })?;
     if !args.quiet {
         let written: Vec<&Path> = files.iter().map(|(path, _)| *path).collect();
-        terminal::print(&stats().summary(&written))?;
+        let legend = heatmap.as_ref().map(Heatmap::summary).unwrap_or_default();
+        terminal::print(&(stats().summary(&written) + &legend))?;
     }
     Ok(())
 }
@@ -160,6 +163,7 @@ fn trace(
 fn writings<'a>(
     film: &'a Film,
     images: &'a [Image],
+    heatmap: Option<&'a Heatmap>,
     stats_path: Option<&'a Path>,
     stats: &'a dyn Fn() -> Stats,
     interrupt: &'a Interrupt,
@@ -168,6 +172,9 @@ fn writings<'a>(
     let mut files: Vec<Writing<'a>> = Vec::new();
     for Image { encoder, path } in images {
         files.push((path, Box::new(move |out| go_on().and_then(|()| encoder.write(film, out)))));
+    }
+    if let Some(Heatmap { map, path }) = heatmap {
+        files.push((path, Box::new(move |out| go_on().and_then(|()| heatmap::write(map, out)))));
     }
     if let Some(path) = stats_path {
         files.push((path, Box::new(move |out| go_on().and_then(|()| out.write_all(stats().to_json().as_bytes())))));

@@ -1,5 +1,6 @@
 //! Measuring: error of an image against another, exactness, throughput.
 
+pub mod cost_map;
 pub mod difference;
 pub mod embree;
 pub mod error_map;
