@@ -92,6 +92,18 @@ pub fn default_grids(n_prims: usize, max_depth: u32) -> Vec<Grid> {
 }
 
 impl Grid {
+    /// Number of combinations.
+    pub fn len(&self) -> usize {
+        let lengths = [self.max_depths.len(), self.cutoffs.len(), self.accels.len(), self.presets.len(), self.isas.len()];
+        let amounts = self.samples.len().saturating_mul(self.samplers.len().max(1)).saturating_add(self.errors.len());
+        lengths.into_iter().map(|length| length.max(1)).fold(amounts, usize::saturating_mul)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Whether it varies nothing but the amount.
     fn is_plain(&self) -> bool {
         let Grid { max_depths, cutoffs, accels, presets, isas, .. } = self;

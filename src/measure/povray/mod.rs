@@ -58,7 +58,9 @@ impl Antialiasing {
     pub fn options(&self) -> Vec<String> {
         // Differences are judged, and samples averaged, in linear light.
         let common = |method: &str, threshold: f64, depth: u32| {
-            vec![method.to_owned(), format!("+A{threshold}"), format!("+R{depth}"), "+AG1.0".to_owned()]
+            // A whole number would not be understood as a threshold.
+            let threshold = format!("+A{threshold:?}");
+            vec![method.to_owned(), threshold, format!("+R{depth}"), "Antialias_Gamma=1.0".to_owned()]
         };
         match *self {
             Antialiasing::Uniform { grid: 1 } => vec!["-A".to_owned(), "-J".to_owned()],
