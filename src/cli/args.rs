@@ -13,6 +13,7 @@ use super::picture_args::{PICTURE_OPTIONS, PictureArgs};
 use super::value;
 use crate::accel::Preset;
 use crate::film::Region;
+use crate::measure::error_map::MapKind;
 use crate::simd::Isa;
 
 // The first three are the ranges that scene files have too.
@@ -66,13 +67,18 @@ Examples:
   flatray diff render.exr reference.exr
   flatray diff a.png b.png --max-differing 0.1 --out difference.png
   flatray diff a.png b.exr --linear --json
+  flatray diff render.exr reference.exr --out flip.png --map flip --max-flip 0.02
 
 Colour is compared scene-linear, alpha is not compared. Keys, in text and JSON:
   differing  pixels with any differing channel; JSON has differing_percent beside it
   max        largest absolute difference of any channel
   mae, rmse  mean absolute and root mean square difference over all channels
+  relmse     mean of (a - b)^2 / (b^2 + 0.01): errors in shares of what is there
   psnr       20 log10(1 / rmse) in decibels; null when the images are equal
   p999       99.9 % of the pixels differ by no more than this
+  flip       mean FLIP, the difference an eye sees at 67 pixels a degree: 0 none, 1 the largest;
+             HDR-FLIP of the second image's exposures unless one of the files is a PNG
+  ssim       mean structural similarity, 1 for equal images; of sRGB levels if one is a PNG
 JSON also has width, height, infinite (pixels that differ by infinity or NaN) and, between two
 8-bit files, levels {differing, more_than_8, max} of the stored bytes.
 A figure that JSON has no number for is null.
@@ -237,9 +243,12 @@ pub struct DiffArgs {
     /// Take PNG values as linear, whatever the file says; else its chunks say, and sRGB without them
     #[arg(long)]
     pub linear: bool,
-    /// Write a picture of the differences, white where they are largest
+    /// Write a picture of the differences
     #[arg(long, value_name = "D.png")]
     pub out: Option<PathBuf>,
+    /// What the picture shows [default: abs]
+    #[arg(long, value_name = "MAP", requires = "out")]
+    pub map: Option<MapArg>,
     /// Fail when more percent of the pixels differ
     #[arg(long, value_name = "PERCENT", value_parser = value::limit, help_heading = "Limits")]
     pub max_differing: Option<f64>,
@@ -258,6 +267,37 @@ pub struct DiffArgs {
     /// Fail when the peak signal-to-noise ratio is smaller
     #[arg(long, value_name = "DB", value_parser = value::decibels, help_heading = "Limits")]
     pub min_psnr: Option<f64>,
+    /// Fail when the relative mean square error is larger
+    #[arg(long, value_name = "X", value_parser = value::limit, help_heading = "Limits")]
+    pub max_relmse: Option<f64>,
+    /// Fail when the mean FLIP error is larger
+    #[arg(long, value_name = "X", value_parser = value::limit, help_heading = "Limits")]
+    pub max_flip: Option<f64>,
+    /// Fail when the structural similarity is smaller
+    #[arg(long, value_name = "X", value_parser = value::number, help_heading = "Limits")]
+    pub min_ssim: Option<f64>,
+}
+
+/// `--map`
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MapArg {
+    /// Sizes of differences in each channel, white where they are largest
+    #[default]
+    Abs,
+    /// Red where the first image has more, blue where it has less
+    Signed,
+    /// How much of the difference an eye sees, black to cream
+    Flip,
+}
+
+impl From<MapArg> for MapKind {
+    fn from(map: MapArg) -> MapKind {
+        match map {
+            MapArg::Abs => MapKind::Abs,
+            MapArg::Signed => MapKind::Signed,
+            MapArg::Flip => MapKind::Flip,
+        }
+    }
 }
 
 /// `--sampler`

@@ -22,7 +22,9 @@ pub fn run(args: &DiffArgs) -> Result<(), Failure> {
         }
         files::check_writable(path)?;
     }
-    let figures = files::compare(&args.a, &args.b, args.linear, args.out.as_deref())?;
+    let kind = args.map.unwrap_or_default().into();
+    let map = args.out.as_deref().map(|path| (path, kind));
+    let figures = files::compare(&args.a, &args.b, args.linear, map)?;
     terminal::print(&if args.json { to_json(&figures) } else { describe(&figures) })?;
 
     let exceeded = exceeded_limits(args, &figures);
@@ -38,12 +40,13 @@ fn to_json(figures: &Difference) -> String {
 }
 
 fn describe(figures: &Difference) -> String {
-    let Difference { width, height, differing, differing_percent, infinite, max, mae, rmse, psnr, p999, levels } =
-        figures;
+    let Difference { width, height, differing, differing_percent, infinite, levels, .. } = figures;
+    let Difference { max, mae, rmse, relmse, psnr, p999, flip, ssim, .. } = figures;
     let psnr = if psnr.is_infinite() && *psnr > 0.0 { "equal images".to_owned() } else { format!("{psnr:.2} dB") };
     let mut text = format!(
         "differing  {differing} of {width}x{height} pixels ({differing_percent:.6} %)\nmax        {max:e}\n\
-         mae        {mae:e}\nrmse       {rmse:e}\npsnr       {psnr}\np999       {p999:e}\n"
+         mae        {mae:e}\nrmse       {rmse:e}\nrelmse     {relmse:e}\npsnr       {psnr}\np999       {p999:e}\n\
+         flip       {flip:.6}\nssim       {ssim:.6}\n"
     );
     if *infinite > 0 {
         text.push_str(&format!("infinite   {infinite} pixels\n"));
@@ -65,6 +68,8 @@ fn exceeded_limits(args: &DiffArgs, figures: &Difference) -> Vec<String> {
         ("mae", figures.mae, args.max_mae),
         ("rmse", figures.rmse, args.max_rmse),
         ("p999", figures.p999, args.max_p999),
+        ("relmse", figures.relmse, args.max_relmse),
+        ("flip", figures.flip, args.max_flip),
     ];
     let mut exceeded: Vec<String> = at_most
         .into_iter()
@@ -72,9 +77,13 @@ fn exceeded_limits(args: &DiffArgs, figures: &Difference) -> Vec<String> {
         .filter(|&(_, value, limit)| value.is_nan() || value > limit)
         .map(|(key, value, limit)| format!("{key} is {value}, at most {limit} allowed"))
         .collect();
-    if let Some(limit) = args.min_psnr.filter(|&limit| figures.psnr.is_nan() || figures.psnr < limit) {
-        exceeded.push(format!("psnr is {}, at least {limit} required", figures.psnr));
-    }
+    let at_least = [("psnr", figures.psnr, args.min_psnr), ("ssim", figures.ssim, args.min_ssim)];
+    let below = at_least
+        .into_iter()
+        .filter_map(|(key, value, limit)| Some((key, value, limit?)))
+        .filter(|&(_, value, limit)| value.is_nan() || value < limit)
+        .map(|(key, value, limit)| format!("{key} is {value}, at least {limit} required"));
+    exceeded.extend(below);
     exceeded
 }
 
@@ -94,8 +103,11 @@ mod tests {
         max: 0.5,
         mae: 0.01,
         rmse: 0.05,
+        relmse: 0.2,
         psnr: 26.0,
         p999: 0.4,
+        flip: 0.1,
+        ssim: 0.9,
         levels: None,
     };
     const EQUAL: Difference = Difference {
@@ -104,8 +116,11 @@ mod tests {
         max: 0.0,
         mae: 0.0,
         rmse: 0.0,
+        relmse: 0.0,
         psnr: f64::INFINITY,
         p999: 0.0,
+        flip: 0.0,
+        ssim: 1.0,
         ..FIGURES
     };
 
@@ -121,6 +136,8 @@ mod tests {
         assert_eq!(exceeded(&["--max-differing", "2", "--max-abs", "0.5", "--max-rmse", "0.05"], &FIGURES), 0);
         assert_eq!(exceeded(&["--max-differing", "1.9", "--max-abs", "0.4", "--max-rmse", "0"], &FIGURES), 3);
         assert_eq!(exceeded(&["--max-mae", "0.001", "--max-p999", "0.1", "--min-psnr", "30"], &FIGURES), 3);
+        assert_eq!(exceeded(&["--max-relmse", "0.2", "--max-flip", "0.1", "--min-ssim", "0.9"], &FIGURES), 0);
+        assert_eq!(exceeded(&["--max-relmse", "0.1", "--max-flip", "0", "--min-ssim", "0.95"], &FIGURES), 3);
         let not_a_number = Difference { max: f64::NAN, ..FIGURES };
         assert_eq!(exceeded(&["--max-abs", "1e9"], &not_a_number), 1);
     }
@@ -130,7 +147,7 @@ mod tests {
         assert_eq!(exceeded(&["--min-psnr", "99", "--max-abs", "0"], &EQUAL), 0);
         let json: serde_json::Value = serde_json::from_str(&to_json(&EQUAL)).unwrap();
         assert_eq!(json["psnr"], serde_json::Value::Null);
-        for key in ["differing", "max", "mae", "rmse", "p999"] {
+        for key in ["differing", "max", "mae", "rmse", "relmse", "p999", "flip"] {
             assert_eq!(json[key].as_f64(), Some(0.0), "{key}");
         }
         assert!(describe(&EQUAL).contains("equal images"));
@@ -139,7 +156,7 @@ mod tests {
     #[test]
     fn the_text_has_every_key() {
         let text = describe(&FIGURES);
-        for key in ["differing", "max", "mae", "rmse", "psnr", "p999"] {
+        for key in ["differing", "max", "mae", "rmse", "relmse", "psnr", "p999", "flip", "ssim"] {
             assert!(text.lines().any(|line| line.starts_with(key)), "{key} is not in:\n{text}");
         }
     }

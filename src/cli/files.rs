@@ -6,8 +6,9 @@ use std::path::Path;
 use crate::error::Error;
 use crate::film::output::{WriteSeek, write_file};
 use crate::film::png_chunk::Transfer;
-use crate::film::{Display, Film, ImageFile, Samples, png, read_image};
+use crate::film::{ImageFile, png, read_image};
 use crate::measure::difference;
+use crate::measure::error_map::{MapKind, error_map};
 use crate::scene::{self, Compiled, Overrides};
 
 pub use crate::film::output::check_writable;
@@ -50,39 +51,20 @@ pub fn write_together(files: &[Writing]) -> Result<(), Error> {
     failed.map_or(written, Err)
 }
 
-/// Compares two image files; with `linear`, PNGs are taken as linear whatever they say. `out` receives a picture of the
-/// differences: linear, white where the difference is largest.
+/// Compares two image files; with `linear`, PNGs are taken as linear whatever they say. `map` receives a picture of where they differ.
 ///
 /// # Errors
 /// Unreadable images, images of different sizes, an unwritable picture.
-pub fn compare(a: &Path, b: &Path, linear: bool, out: Option<&Path>) -> Result<Difference, Error> {
+pub fn compare(a: &Path, b: &Path, linear: bool, map: Option<(&Path, MapKind)>) -> Result<Difference, Error> {
     let transfer = linear.then_some(Transfer::Linear);
     let read = |path: &Path| -> Result<ImageFile, Error> { read_image(path, transfer) };
     let (a, b) = (read(a)?, read(b)?);
     let figures = difference::compare_files(&a, &b)?;
-    if let Some(path) = out {
-        let mut picture = difference::difference_image(&a.film, &b.film)?;
-        scale_to_white(&mut picture);
-        write_file(path, |out| png::write(&picture, &Display::Course, out))?;
+    if let Some((path, kind)) = map {
+        let picture = error_map(kind, &a.film, &b.film, difference::referred_of(&a, &b))?;
+        write_file(path, |out| png::write(&picture, &kind.display(), out))?;
     }
     Ok(figures)
-}
-
-/// Divides by the largest finite value; a picture of zeros stays one.
-fn scale_to_white(picture: &mut Film) {
-    let mut planes: Vec<&mut Vec<f32>> = picture
-        .planes
-        .iter_mut()
-        .filter_map(|plane| match &mut plane.samples {
-            Samples::F32(values) => Some(values),
-            Samples::F64(_) | Samples::U32(_) => None,
-        })
-        .collect();
-    let finite = planes.iter().flat_map(|values| values.iter()).filter(|value| value.is_finite());
-    let largest = finite.fold(0.0f32, |largest, &value| largest.max(value));
-    if largest > 0.0 {
-        planes.iter_mut().flat_map(|values| values.iter_mut()).for_each(|value| *value /= largest);
-    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use crate::film::Region;
 
 /// A finite number.
-fn number(text: &str) -> Result<f64, String> {
+pub fn number(text: &str) -> Result<f64, String> {
     let value: f64 = text.trim().parse().map_err(|_| "expected a number".to_owned())?;
     if value.is_finite() { Ok(value) } else { Err("expected a finite number".to_owned()) }
 }

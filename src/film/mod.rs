@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`region`] | a rectangle of pixels |
 //! | [`tone_map`], [`display`] | from scene-linear radiance to display bytes, pure functions |
+//! | [`color_map`] | colours for numbers: errors, costs |
 //! | [`rows`] | whole rows of a film, lent out: what is rendered and encoded independently |
 //! | [`exr`], [`png`], [`pfm`] | one file format each: write a [`Film`], read one back |
 //! | [`cryptomatte`] | ids of names, and what a header says of them |
@@ -14,6 +15,7 @@
 //! Colour is scene-linear with Rec. 709 primaries. A colour image has the planes `R`, `G`, `B` and perhaps `A`; an image
 //! of one channel has `Y`.
 
+pub mod color_map;
 pub mod cryptomatte;
 mod deflate;
 pub mod display;

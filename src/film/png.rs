@@ -180,7 +180,7 @@ pub fn decode(bytes: &[u8], transfer: Option<Transfer>, path: &Path) -> Result<I
         (Values::Eight(values), n) => Some(values.chunks_exact(n).map(color_bytes).collect()),
         (Values::Sixteen(_), _) => None,
     };
-    Ok(ImageFile { film: film_of(&samples, transfer, path)?, rgb8 })
+    Ok(ImageFile { film: film_of(&samples, transfer, path)?, rgb8, is_picture: true })
 }
 
 /// Samples as they stand in the file, pixel after pixel, palettes and small depths expanded to 8 bits.

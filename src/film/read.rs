@@ -15,6 +15,8 @@ pub struct ImageFile {
     pub film: Film,
     /// The bytes of an 8-bit file before its transfer was undone, one triple per pixel; grey is three times the same.
     pub rgb8: Option<Vec<[u8; 3]>>,
+    /// Whether the values are what a screen shows (PNG) and not radiance.
+    pub is_picture: bool,
 }
 
 /// Reads a PNG, EXR or PFM file. Which one it is, its first bytes say; the extension does not matter.
@@ -30,9 +32,9 @@ pub fn read_image(path: impl AsRef<Path>, png_transfer: Option<Transfer>) -> Res
     if start(8) == png::SIGNATURE {
         png::decode(&bytes, png_transfer, path)
     } else if start(4) == exr::MAGIC {
-        Ok(ImageFile { film: exr::decode(&bytes, path)?, rgb8: None })
+        Ok(ImageFile { film: exr::decode(&bytes, path)?, rgb8: None, is_picture: false })
     } else if matches!(start(2), b"PF" | b"Pf") {
-        Ok(ImageFile { film: pfm::decode(&bytes, path)?, rgb8: None })
+        Ok(ImageFile { film: pfm::decode(&bytes, path)?, rgb8: None, is_picture: false })
     } else {
         Err(Problem::new(Place::file(path), "not an image that can be read")
             .found(describe_start(start(4)))

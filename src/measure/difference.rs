@@ -6,11 +6,19 @@
 
 use serde::Serialize;
 
+use super::flip::flip;
+use super::pixels::{Pixels, Referred};
+use super::ssim::ssim;
 use crate::error::{Error, Place, Problem};
 use crate::film::{Film, ImageFile, Plane, Samples};
 
 /// The levels that the original's proof allows a byte to be off.
 pub const SMALL_LEVELS: u8 = 8;
+
+/// What is added to the squared reference that a squared error is divided by, so that black can be divided by: what is darker than a
+/// tenth of white is judged by its error itself. The value of F. Rousselle, C. Knaus, M. Zwicker, "Adaptive Sampling and
+/// Reconstruction using Greedy Error Minimization", SIGGRAPH Asia 2011.
+pub const RELMSE_FLOOR: f64 = 0.01;
 
 /// How much image `a` differs from image `b` in red, green and blue, scene-linear.
 ///
@@ -33,10 +41,16 @@ pub struct Difference {
     pub mae: f64,
     /// Root of the mean squared difference over all channels of all pixels.
     pub rmse: f64,
+    /// Mean over all channels of all pixels of (a − b)²/(b² + [`RELMSE_FLOOR`]); infinite where a difference is.
+    pub relmse: f64,
     /// Peak signal to noise ratio in decibels, 20·log₁₀(1 / rmse), the peak being 1; infinite for equal images.
     pub psnr: f64,
     /// 99.9 % of pixels have no channel that differs by more (nearest rank: the smallest such value).
     pub p999: f64,
+    /// Mean FLIP error, 0 for equal images, 1 at worst: [`flip`].
+    pub flip: f64,
+    /// Mean structural similarity, 1 for equal images, −1 at worst: [`ssim`].
+    pub ssim: f64,
     /// The same images byte by byte, when both were 8-bit files.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub levels: Option<LevelDifference>,
@@ -53,21 +67,32 @@ pub struct LevelDifference {
     pub max: u8,
 }
 
-/// Compares red, green and blue of two films; an image of `Y` alone counts as grey. Planes of other names are ignored.
+/// Compares red, green and blue of two films of radiance; an image of `Y` alone counts as grey. Planes of other names are
+/// ignored.
 ///
 /// # Errors
 /// Films without colour, of different sizes, or of one size showing different parts of an image.
 pub fn compare(a: &Film, b: &Film) -> Result<Difference, Error> {
+    compare_as(a, b, Referred::Scene)
+}
+
+/// Compares two films whose values are radiance or what a screen shows, which matters to [`flip`] and [`ssim`] alone.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_as(a: &Film, b: &Film, referred: Referred) -> Result<Difference, Error> {
     let (planes_a, planes_b) = comparable(a, b)?;
     let n_pixels = a.n_pixels();
-    let (mut sum, mut sum_of_squares) = (0.0, 0.0);
+    let (mut sum, mut sum_of_squares, mut sum_of_relative_squares) = (0.0, 0.0, 0.0);
     let mut per_pixel = Vec::with_capacity(n_pixels);
     for index in 0..n_pixels {
         let mut worst = 0.0_f64;
         for (a, b) in planes_a.iter().zip(&planes_b) {
-            let difference = difference_of(a.samples.get(index), b.samples.get(index));
+            let reference = b.samples.get(index);
+            let difference = difference_of(a.samples.get(index), reference);
             sum += difference;
             sum_of_squares += difference * difference;
+            sum_of_relative_squares += relative_square(difference, reference);
             worst = worst.max(difference);
         }
         per_pixel.push(worst);
@@ -81,6 +106,7 @@ pub fn compare(a: &Film, b: &Film) -> Result<Difference, Error> {
     // Nearest rank: the ⌈0.999 n⌉-th of n sorted values, in integers.
     let rank = (n_pixels * 999).div_ceil(1000).max(1);
     let (_, &mut p999, _) = per_pixel.select_nth_unstable_by(rank - 1, f64::total_cmp);
+    let pixels = Pixels::new(a.data_window.width_px(), referred, &planes_a, &planes_b);
     Ok(Difference {
         width: a.data_window.width_px(),
         height: a.data_window.height_px(),
@@ -90,23 +116,32 @@ pub fn compare(a: &Film, b: &Film) -> Result<Difference, Error> {
         max,
         mae: sum / n_samples,
         rmse,
+        relmse: sum_of_relative_squares / n_samples,
         psnr: -20.0 * libm::log10(rmse),
         p999,
+        flip: flip(&pixels).mean,
+        ssim: ssim(&pixels),
         levels: None,
     })
 }
 
-/// Compares two image files: their films, and their bytes too when both are 8-bit.
+/// Compares two image files: their films, and their bytes too when both are 8-bit. A picture among them makes both be seen as
+/// pictures ([`referred_of`]).
 ///
 /// # Errors
 /// As [`compare`].
 pub fn compare_files(a: &ImageFile, b: &ImageFile) -> Result<Difference, Error> {
-    let difference = compare(&a.film, &b.film)?;
+    let difference = compare_as(&a.film, &b.film, referred_of(a, b))?;
     let levels = match (&a.rgb8, &b.rgb8) {
         (Some(a), Some(b)) => Some(compare_levels(a, b)),
         _ => None,
     };
     Ok(Difference { levels, ..difference })
+}
+
+/// What the values of two files say: those of a PNG what a screen shows, and then the other's are clipped as a screen would.
+pub fn referred_of(a: &ImageFile, b: &ImageFile) -> Referred {
+    if a.is_picture || b.is_picture { Referred::Display } else { Referred::Scene }
 }
 
 /// Compares pixels byte by byte; both slices have the same length.
@@ -136,6 +171,26 @@ pub fn difference_image(a: &Film, b: &Film) -> Result<Film, Error> {
     Ok(Film { width_px: a.width_px, height_px: a.height_px, data_window: a.data_window, planes: planes.collect() })
 }
 
+/// A squared difference in shares of the reference's square.
+fn relative_square(difference: f64, reference: f64) -> f64 {
+    if difference == 0.0 || difference.is_infinite() {
+        difference
+    } else {
+        // Not a sum of squares, which could overflow.
+        let share = difference / libm::hypot(reference, RELMSE_FLOOR.sqrt());
+        share * share
+    }
+}
+
+/// The pixels of two films that show the same ones.
+///
+/// # Errors
+/// As [`compare`].
+pub fn pixels_of(a: &Film, b: &Film, referred: Referred) -> Result<Pixels, Error> {
+    let (planes_a, planes_b) = comparable(a, b)?;
+    Ok(Pixels::new(a.data_window.width_px(), referred, &planes_a, &planes_b))
+}
+
 fn difference_of(a: f64, b: f64) -> f64 {
     if a == b || (a.is_nan() && b.is_nan()) {
         0.0
@@ -147,7 +202,7 @@ fn difference_of(a: f64, b: f64) -> f64 {
 }
 
 /// The colour planes of two films that show the same pixels.
-fn comparable<'a>(a: &'a Film, b: &'a Film) -> Result<([&'a Plane; 3], [&'a Plane; 3]), Error> {
+pub(super) fn comparable<'a>(a: &'a Film, b: &'a Film) -> Result<([&'a Plane; 3], [&'a Plane; 3]), Error> {
     let wrong = |what: String| Error::new(Place::default(), what);
     for (film, which) in [(a, "first"), (b, "second")] {
         film.check().map_err(|broken| wrong(format!("the {which} image cannot be compared: {broken}")))?;
@@ -201,7 +256,8 @@ mod tests {
         let image = grey(&[0.0, 1.0, f64::NAN, f64::INFINITY, -2.0]);
         let difference = compare(&image, &image).unwrap();
         assert_eq!((difference.differing, difference.max, difference.mae, difference.rmse), (0, 0.0, 0.0, 0.0));
-        assert_eq!((difference.p999, difference.infinite), (0.0, 0));
+        assert_eq!((difference.p999, difference.infinite, difference.relmse), (0.0, 0, 0.0));
+        assert_eq!((difference.flip, difference.ssim), (0.0, 1.0));
         assert_eq!(difference.psnr, f64::INFINITY);
         assert!(serde_json::to_string(&difference).unwrap().contains(r#""psnr":null"#));
         assert_eq!(compare(&grey(&[-0.0]), &grey(&[0.0])).unwrap().differing, 0);
@@ -219,6 +275,9 @@ mod tests {
         assert_eq!(difference.rmse, mean_square.sqrt());
         assert!((difference.psnr - 10.0 * (1.0 / mean_square).log10()).abs() < 1e-12);
         assert_eq!(difference.p999, 0.5);
+        // ½² over a black reference and ¼² over ¼², each with 0.01 added.
+        let relative = (0.25 / 0.01 + 0.0625 / (0.0625 + 0.01)) / 6.0;
+        assert!((difference.relmse - relative).abs() < 1e-12);
     }
 
     #[test]
@@ -237,6 +296,7 @@ mod tests {
             let difference = compare(&grey(&[a, 0.0]), &grey(&[b, 0.0])).unwrap();
             assert_eq!((difference.differing, difference.infinite), (1, 1), "{a} {b}");
             assert_eq!((difference.max, difference.rmse), (f64::INFINITY, f64::INFINITY));
+            assert_eq!((difference.relmse, difference.flip, difference.ssim), (f64::INFINITY, 0.5, 0.5));
             assert_eq!(difference.psnr, f64::NEG_INFINITY);
         }
     }

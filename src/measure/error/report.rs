@@ -211,7 +211,7 @@ impl Report {
     /// The report as JSON; `docs/ERROR.md` and the command's help list the keys.
     pub fn to_json(&self) -> Value {
         let row = |row: &Row| {
-            let Figures { mae, max, p999, .. } = row.figures;
+            let Figures { mae, relmse, max, p999, flip, ssim, .. } = row.figures;
             json!({
                 "engine": row.way.engine(),
                 "setting": row.way.name(),
@@ -227,8 +227,11 @@ impl Report {
                 "below_floor": row.rmse.median < self.least,
                 "rmse_estimate": row.rmse_estimate,
                 "mae": mae,
+                "relmse": relmse,
                 "max": max,
                 "p999": p999,
+                "flip": flip,
+                "ssim": ssim,
                 "wrong_ids": row.wrong_ids,
                 "on_front": row.on_front,
             })
@@ -304,7 +307,7 @@ mod tests {
         assert_eq!((row["seconds"].as_f64(), row["samples_per_pixel"].as_f64()), (Some(2.0), Some(4.0)));
         assert_eq!((row["rmse"].as_f64(), row["rmse_min"].as_f64()), (Some(3e-5), Some(3e-5)));
         assert_eq!((row["below_floor"].as_bool(), row["on_front"].as_bool()), (Some(true), Some(true)));
-        for key in ["engine", "setting", "rays", "max"] {
+        for key in ["engine", "setting", "rays", "relmse", "max", "flip"] {
             assert!(!row[key].is_null(), "{key}");
         }
     }
