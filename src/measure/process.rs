@@ -54,6 +54,7 @@ pub fn run(command: &mut Command, control: &Control) -> Result<f64, Ended> {
     let seconds = started.elapsed().as_secs_f64();
     match status {
         Some(status) if status.success() => Ok(seconds),
+        Some(_) if stops_soon(control) => Err(Ended::Stopped),
         Some(status) => {
             let mut text = Vec::new();
             let read = io::Seek::rewind(&mut said).and_then(|()| said.read_to_end(&mut text));
@@ -78,6 +79,18 @@ fn wait(child: &mut Child, control: &Control) -> io::Result<Option<ExitStatus>> 
         }
         std::thread::sleep(POLL_INTERVAL);
     }
+}
+
+/// How long a stop may come after the end of a program that the same interrupt has ended.
+const STOP_DELAY: Duration = Duration::from_millis(200);
+
+/// Whether a stop is asked for, or about to be.
+fn stops_soon(control: &Control) -> bool {
+    let is_stopped = || control.stop.load(Ordering::Relaxed);
+    if !is_stopped() {
+        std::thread::sleep(STOP_DELAY);
+    }
+    is_stopped()
 }
 
 /// The last of what a program said.
