@@ -7,6 +7,7 @@
 /// Building worlds and rendering them.
 mod world_kit {
     pub mod coverage;
+    pub mod eye;
     pub mod material;
     pub mod pinhole;
     pub mod pixel;
@@ -20,8 +21,9 @@ use flatray::render::Settings;
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, World};
 use glam::{DMat4, DVec3, Vec3};
 use world_kit::coverage::coverage;
+use world_kit::eye::{eye, pixel_direction};
 use world_kit::material::world_of;
-use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pinhole::camera;
 use world_kit::pixel::rgb;
 use world_kit::quadric::quadric;
 use world_kit::rendering::render_world;

@@ -3,6 +3,7 @@
 /// Building worlds and rendering them.
 mod world_kit {
     pub mod coverage;
+    pub mod eye;
     pub mod hit;
     pub mod material;
     pub mod pinhole;
@@ -19,9 +20,10 @@ use flatray::render::Settings;
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, Ray, World};
 use glam::{DMat4, DVec3, Vec3};
 use world_kit::coverage::coverage;
+use world_kit::eye::{eye, pixel_direction};
 use world_kit::hit::closest_hit;
 use world_kit::material::world_of;
-use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pinhole::camera;
 use world_kit::pixel::rgb;
 use world_kit::quadric::quadric;
 use world_kit::rendering::render_world;

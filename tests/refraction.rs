@@ -3,6 +3,7 @@
 
 /// Building worlds and rendering them.
 mod world_kit {
+    pub mod eye;
     pub mod material;
     pub mod pinhole;
     pub mod pixel;
@@ -14,8 +15,9 @@ mod world_kit {
 use flatray::render::{Rendered, Sampler, Settings};
 use flatray::world::{Camera, Material, MaterialId, MeshInput, ObjectId, World};
 use glam::{DVec3, Vec3};
+use world_kit::eye::{eye, pixel_direction};
 use world_kit::material::world_of;
-use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pinhole::camera;
 use world_kit::pixel::rgb;
 use world_kit::quadric::quadric;
 use world_kit::rendering::render_world;

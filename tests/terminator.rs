@@ -2,6 +2,7 @@
 
 /// Building worlds and rendering them.
 mod world_kit {
+    pub mod eye;
     pub mod hit;
     pub mod pinhole;
     pub mod pixel;
@@ -16,8 +17,9 @@ use flatray::render::Settings;
 use flatray::render::surface::shading_normal;
 use flatray::world::{Camera, Material, MeshInput, Ray, World};
 use glam::{DVec3, dvec3};
+use world_kit::eye::{eye, pixel_direction};
 use world_kit::hit::closest_hit;
-use world_kit::pinhole::{camera, eye, pixel_direction};
+use world_kit::pinhole::camera;
 use world_kit::pixel::rgb;
 use world_kit::rendering::render_world;
 use world_kit::scenes::{load_scene, scene_names};

@@ -4,12 +4,14 @@
 //! Both answer the same, bit for bit: the closest hit is the smallest `t`, at equal `t` the lowest id.
 
 mod area;
+pub mod beam;
 mod binary;
 mod build;
 mod cluster;
 mod coherence;
 mod collapse;
 mod cost;
+mod counted;
 mod describe;
 mod duplicate;
 mod join;
@@ -39,8 +41,11 @@ use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use area::Scale;
 use packet::PacketQuery;
-use query::{Any, Asked, Closest, Query, Todo};
+use query::{Any, Asked, Closest, Todo};
 use wide::WideTree;
+
+pub use beam::Beam;
+pub use counted::Visits;
 
 /// How to find hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,15 +107,6 @@ impl Mode {
             Mode::Packet => "packet",
         }
     }
-}
-
-/// What a batch of rays visited; for benchmarks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Visits {
-    /// Nodes whose children's boxes were tested.
-    pub nodes: u64,
-    /// Leaves whose primitives were tested.
-    pub leaves: u64,
 }
 
 /// An acceleration structure over a world; it must be asked with the world it was built from.
@@ -253,24 +249,6 @@ impl Accel {
         (self.isa, self.mode) = (isa, mode);
     }
 
-    /// What [`Accel::closest_hit`] visits, ray by ray.
-    pub fn visits_of_closest_hit(&self, world: &World, rays: &[Ray]) -> Visits {
-        let mut visits = Visits::default();
-        let mut hits = vec![Hit::MISS; rays.len()];
-        let asked = Asked::<Closest>::new(self, world, rays, &mut hits);
-        self.isa.dispatch(Counted { asked, visits: &mut visits });
-        visits
-    }
-
-    /// What [`Accel::occluded`] visits, ray by ray.
-    pub fn visits_of_occluded(&self, world: &World, rays: &[Ray]) -> Visits {
-        let mut visits = Visits::default();
-        let mut occluded = vec![false; rays.len()];
-        let asked = Asked::<Any>::new(self, world, rays, &mut occluded);
-        self.isa.dispatch(Counted { asked, visits: &mut visits });
-        visits
-    }
-
     /// Figures of the structure.
     pub fn stats(&self) -> AccelStats {
         let (n_leaves, sah_cost) = self.tree.leaves_and_sah_cost();
@@ -320,24 +298,10 @@ impl<Q: PacketQuery> Batch for Asked<'_, Q> {
         };
         self.plan(todo);
         if self.accel.mode == Mode::Single || !stream::can_run(&self.accel.tree) {
-            let _visits = single::run(simd, &mut self);
+            single::run(simd, &mut self);
         } else {
             stream::run(simd, &mut self);
         }
         self.describe(simd);
-    }
-}
-
-/// A batch that is walked ray by ray to see what it visits.
-struct Counted<'a, Q: Query> {
-    asked: Asked<'a, Q>,
-    visits: &'a mut Visits,
-}
-
-impl<Q: Query> Batch for Counted<'_, Q> {
-    #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) {
-        self.asked.plan(Todo::Run(0..self.asked.rays.len()));
-        *self.visits = single::run(simd, &mut self.asked);
     }
 }

@@ -33,9 +33,9 @@ pub struct Mailboxes {
 /// Shared leaves that a ray remembers.
 const N_REMEMBERED: usize = 1 << 14;
 
-/// Walks all rays of a batch, one after another; what they visited.
+/// Walks all rays of a batch, one after another.
 #[inline(always)]
-pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) -> Visits {
+pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let (accel, world) = (asked.accel, asked.world);
     let mut items = vec![0; accel.tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(&accel.tree));
@@ -44,11 +44,10 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) -> Visits {
         let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
         asked.end(&walk, is_over, ray_idx);
     }
-    stack.visits
 }
 
 /// Items that fit onto a stack of fixed size: trees of sixteen levels.
-const FEW_ITEMS: usize = 128;
+pub const FEW_ITEMS: usize = 128;
 
 /// The closest hit of an object ray in the tree of a prototype.
 #[inline(always)]

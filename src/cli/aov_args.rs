@@ -90,7 +90,8 @@ fn mattes<'a>(aovs: &Aovs, names: &'a Names) -> impl Iterator<Item = (&'static s
 
 fn aovs_of(key: AovKey) -> Vec<Aov> {
     match key {
-        AovKey::All => Aov::ALL.into(),
+        // Costs change how rays are traced, if not what they hit: they are asked for by name.
+        AovKey::All => Aov::ALL.into_iter().filter(|&aov| aov != Aov::Cost).collect(),
         AovKey::Lobes => Aov::LOBES.into(),
         AovKey::Ambient => vec![Aov::Ambient],
         AovKey::Diffuse => vec![Aov::Diffuse],
@@ -111,5 +112,6 @@ fn aovs_of(key: AovKey) -> Vec<Aov> {
         AovKey::Cryptomatte => vec![Aov::CryptoObject, Aov::CryptoMaterial],
         AovKey::CryptoObject => vec![Aov::CryptoObject],
         AovKey::CryptoMaterial => vec![Aov::CryptoMaterial],
+        AovKey::Cost => vec![Aov::Cost],
     }
 }

@@ -106,9 +106,7 @@ pub fn spend(
 ) -> Result<Counts, Stopped> {
     let Frame { scene, accel, settings, budget } = *frame;
     match budget {
-        Budget::Samples => {
-            render::render_into(&scene.world, accel, &scene.camera, settings, control, film, encode)
-        }
+        Budget::Samples => render::render_into(&scene.world, accel, &scene.camera, settings, control, film, encode),
         Budget::Error(target) => {
             let refined = render::refine(&scene.world, accel, &scene.camera, settings, target, control, film)?;
             Ok(refined.counts)

@@ -166,7 +166,9 @@ fn sampling(args: &RenderArgs, scene: &RenderKeys) -> (Sampler, u32) {
     let sampler = asked.or(in_scene.filter(|_| !overruled)).unwrap_or_default();
     let samples = match sampler {
         Sampler::Center => 1,
-        Sampler::Grid | Sampler::Jitter | Sampler::Random | Sampler::Sobol => args.samples.or(scene.samples).unwrap_or(DEFAULT_SAMPLES),
+        Sampler::Grid | Sampler::Jitter | Sampler::Random | Sampler::Sobol => {
+            args.samples.or(scene.samples).unwrap_or(DEFAULT_SAMPLES)
+        }
     };
     (sampler, samples)
 }

@@ -91,7 +91,8 @@ impl Stats {
 
     /// The closing summary, one fact a line.
     pub fn summary(&self, written: &[&Path]) -> String {
-        let Stats { seconds, rays, exact_tests, memory_bytes, width, height, samples, rmse_estimate, threads, bvh } = self;
+        let Stats { seconds, rays, exact_tests, memory_bytes, width, height, samples, rmse_estimate, threads, bvh } =
+            self;
         let n_rays = rays.camera + rays.reflection + rays.refraction + rays.shadow;
         let count = quantity::count;
         let plural = |n: u64| if n == 1 { "" } else { "s" };

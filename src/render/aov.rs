@@ -42,11 +42,13 @@ pub enum Aov {
     CryptoObject,
     /// Cryptomatte of materials.
     CryptoMaterial,
+    /// Nodes and leaves visited and rays sent for the pixel's samples, each ray walked by itself.
+    Cost,
 }
 
 impl Aov {
     /// All of them, in order.
-    pub const ALL: [Aov; 18] = [
+    pub const ALL: [Aov; 19] = [
         Aov::Ambient,
         Aov::Diffuse,
         Aov::Specular,
@@ -65,6 +67,7 @@ impl Aov {
         Aov::Samples,
         Aov::CryptoObject,
         Aov::CryptoMaterial,
+        Aov::Cost,
     ];
 
     /// The parts of the beauty at the first hit. They come first among all layers.
@@ -159,6 +162,7 @@ impl Aovs {
             Aov::Samples => channels("samples", &["I"], Kind::Uint),
             Aov::CryptoObject => self.matte("CryptoObject"),
             Aov::CryptoMaterial => self.matte("CryptoMaterial"),
+            Aov::Cost => channels("cost", &["nodes", "leaf_tests", "rays"], Kind::Uint),
         }
     }
 
@@ -208,7 +212,7 @@ mod tests {
     #[test]
     fn the_list_of_all_is_in_order_and_complete() {
         assert!(Aov::ALL.iter().enumerate().all(|(index, &aov)| aov as usize == index));
-        assert_eq!(Aov::CryptoMaterial as usize + 1, Aov::ALL.len());
+        assert_eq!(Aov::Cost as usize + 1, Aov::ALL.len());
         assert_eq!(Aov::LOBES, Aov::ALL[..6]);
     }
 

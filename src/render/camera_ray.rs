@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::accel::Beam;
 use crate::world::{Camera, Ray};
 
 /// A camera as the sampler wants it.
@@ -45,6 +46,14 @@ impl CameraRays {
         let direction = DVec3::new(x, y, -1.0);
         let unit = direction / direction.length();
         Ray::new(self.origin, self.world_from_camera * unit)
+    }
+
+    /// What is seen through a part of the image, from its top left corner to its lower right one, in pixels. Its depth is
+    /// [`CameraRays::depth`].
+    pub fn beam(&self, from_px: [f64; 2], to_px: [f64; 2]) -> Beam {
+        let ([left, top], [right, bottom]) = (from_px, to_px);
+        let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
+        Beam::new(self.origin, corners.map(|[x, y]| self.ray(x, y).direction), self.view_axis)
     }
 }
 

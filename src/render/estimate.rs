@@ -10,7 +10,7 @@ use super::Sampler;
 /// Sums over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sums {
-    /// Of squared differences between the means of the first and of the second half of a pixel's samples.
+    /// Of squared differences between the means of the first and of the second half of a pixel's samples, or of pairs.
     halves: u128,
     /// The same between the quarters of each half.
     quarters: u128,
@@ -35,10 +35,10 @@ impl Sums {
         self.halves += fixed(0.25 * squared(half - (whole - half)));
     }
 
-    /// Notes a pixel by two independent values, of which it is the mean.
+    /// Notes the difference of two independent values of a part of a pixel, which is the mean of both.
     #[inline]
-    pub fn note_pair(&mut self, a: DVec3, b: DVec3) {
-        self.halves += fixed((a - b).length_squared());
+    pub fn note_pair(&mut self, difference: DVec3) {
+        self.halves += fixed(difference.length_squared());
     }
 
     /// Adds the sums of other pixels.
@@ -47,14 +47,12 @@ impl Sums {
         self.quarters = self.quarters.saturating_add(other.quarters);
     }
 
-    fn mean(sum: u128, n_pixels: usize) -> f64 {
-        sum as f64 / UNIT / (3.0 * n_pixels as f64)
-    }
-
-    /// The root mean square error over the channels of pixels that are means of two independent values each.
-    pub fn rmse_of_pairs(&self, n_pixels: usize) -> f64 {
-        // The variance of (a + b)/2 is a quarter of that of a − b.
-        (0.25 * Sums::mean(self.halves, n_pixels)).sqrt()
+    /// The root mean square error over the channels of pixels of whose parts one in `one_in` was noted as a pair.
+    pub fn rmse_of_pairs(&self, n_pixels: usize, one_in: u64) -> f64 {
+        // The variance of a difference is twice that of a value and four times that of the mean of two. Each pair stands
+        // for itself and for one_in − 1 single values.
+        let variance_of_pair = 0.25 + 0.5 * (one_in - 1) as f64;
+        (variance_of_pair * mean(self.halves, n_pixels)).sqrt()
     }
 
     /// The root mean square error over the channels of pixels of `n_samples` in a sequence.
@@ -62,14 +60,19 @@ impl Sums {
     /// With V(n) the variance of the mean of n samples in a row, E(a − b)² = 4(V(n) − V(2n)) for neighbouring blocks of n. Where
     /// V falls as n^−α, blocks of n and 2n tell α, and so V(4n).
     pub fn rmse_of_sequence(&self, n_pixels: usize, n_samples: usize) -> f64 {
-        let halves = Sums::mean(self.halves, n_pixels);
-        let quarters = 0.5 * Sums::mean(self.quarters, n_pixels);
+        let halves = mean(self.halves, n_pixels);
+        let quarters = 0.5 * mean(self.quarters, n_pixels);
         let alpha = if halves > 0.0 { libm::log2(quarters / halves) } else { ALPHA_OF_RANDOM };
         let alpha = alpha.clamp(ALPHA_OF_RANDOM, ALPHA_OF_SMOOTH);
         let compared = n_samples / 4 * 4;
         let variance = halves / (4.0 * (libm::pow(2.0, alpha) - 1.0));
         (variance * libm::pow(compared as f64 / n_samples as f64, alpha)).sqrt()
     }
+}
+
+/// The mean over pixels and channels.
+fn mean(sum: u128, n_pixels: usize) -> f64 {
+    sum as f64 / UNIT / (3.0 * n_pixels as f64)
 }
 
 /// Variance falls as n⁻¹ for random samples, and no faster than n⁻³ for scrambled nets (Owen 1997).
@@ -88,24 +91,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_of_pixels_are_what_the_squares_are() {
+    fn sums_of_pairs_are_what_the_squares_are() {
         let mut sums = Sums::default();
-        sums.note_pair(DVec3::new(0.5, 0.0, 0.25), DVec3::new(0.0, 0.0, 0.5));
-        sums.note_pair(DVec3::ONE, DVec3::ONE);
-        assert_eq!(sums.rmse_of_pairs(2), (0.25_f64 * (0.25 + 0.0625) / 6.0).sqrt());
+        sums.note_pair(DVec3::new(0.5, 0.0, 0.25));
+        sums.note_pair(DVec3::ZERO);
+        assert_eq!(sums.rmse_of_pairs(2, 1), (0.25_f64 * (0.25 + 0.0625) / 6.0).sqrt());
+        // One part of two values stands for three of one, whose variance is twice as large.
+        assert_eq!(sums.rmse_of_pairs(2, 4), ((0.25 + 1.5_f64) * (0.25 + 0.0625) / 6.0).sqrt());
         let mut twice = sums;
         twice.add(&sums);
-        assert_eq!(twice.rmse_of_pairs(4), sums.rmse_of_pairs(2));
+        assert_eq!(twice.rmse_of_pairs(4, 1), sums.rmse_of_pairs(2, 1));
     }
 
     #[test]
     fn what_is_no_number_is_not_counted_and_what_is_infinite_is_not_lost() {
         let mut sums = Sums::default();
-        sums.note_pair(DVec3::splat(f64::NAN), DVec3::ZERO);
+        sums.note_pair(DVec3::splat(f64::NAN));
         assert_eq!(sums, Sums::default());
-        sums.note_pair(DVec3::splat(f64::INFINITY), DVec3::ZERO);
+        sums.note_pair(DVec3::X * f64::INFINITY);
+        sums.note_pair(DVec3::splat(f64::INFINITY));
         sums.add(&sums.clone());
-        assert!(sums.rmse_of_pairs(1) > 1e9);
+        assert!(sums.rmse_of_pairs(1, 1) > 1e9);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::aov::{Aov, Aovs};
 use super::camera_ray::CameraRays;
+use super::cost::Cost;
 use super::surface::{Surface, describe, shading_normal};
 use super::trace::Level;
 use crate::world::{Hit, Ray, World};
@@ -33,6 +34,7 @@ pub struct Layers<'a> {
     /// By pixel; empty unless asked for.
     objects: Vec<Matte>,
     materials: Vec<Matte>,
+    costs: Vec<Cost>,
 }
 
 /// The sample of a pixel whose hit is nearest to the viewer.
@@ -78,6 +80,7 @@ impl<'a> Layers<'a> {
             is_inside: Vec::new(),
             objects: Vec::new(),
             materials: Vec::new(),
+            costs: Vec::new(),
         }
     }
 
@@ -96,6 +99,10 @@ impl<'a> Layers<'a> {
                 mattes.iter_mut().for_each(Vec::clear);
                 mattes.resize(n_pixels, Vec::new());
             }
+        }
+        if self.aovs.has(Aov::Cost) {
+            self.costs.clear();
+            self.costs.resize(n_pixels, Cost::default());
         }
     }
 
@@ -137,6 +144,9 @@ impl<'a> Layers<'a> {
                 *nearest = Nearest { is_inside, z, ray: level.rays[ray], hit: *hit };
             }
         }
+        if self.aovs.has(Aov::Cost) {
+            self.costs[pixel].add(level.parts.costs.of(ray));
+        }
         if !hit.is_some() {
             return;
         }
@@ -164,6 +174,11 @@ impl<'a> Layers<'a> {
             }
             if self.aovs.has(Aov::Samples) {
                 values[self.starts[Aov::Samples as usize]] = f64::from(self.n_samples[pixel]);
+            }
+            if self.aovs.has(Aov::Cost) {
+                let Cost { visits, rays } = self.costs[pixel];
+                let counts = [visits.nodes, visits.leaves, rays].map(|count| count as f64);
+                values[self.starts[Aov::Cost as usize]..][..counts.len()].copy_from_slice(&counts);
             }
             for (aov, mattes) in [(Aov::CryptoObject, &mut self.objects), (Aov::CryptoMaterial, &mut self.materials)] {
                 if self.aovs.has(aov) {

@@ -4,6 +4,7 @@ mod adaptive;
 pub mod aov;
 pub mod block;
 pub mod camera_ray;
+mod cost;
 mod cutoff;
 mod describe;
 mod estimate;
@@ -90,8 +91,8 @@ pub enum Spread {
     Adaptive(Adaptive),
 }
 
-/// Where samples are wanted: pixels are divided into cells, and these again, as long as neighbours differ. Every leaf gets two
-/// independent sets of random samples, so that a pixel is the mean of two unbiased estimates.
+/// Where samples are wanted: pixels are divided into cells, and these again, as long as neighbours differ. Samples
+/// that decide where to divide are not those that count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
     /// Cells are divided where the contrast with a neighbour, in radiance, times their area in pixels is above this, give or
@@ -101,8 +102,6 @@ pub struct Adaptive {
     pub min_splits: u32,
     /// How often it is at most; at most [`MAX_SPLITS`].
     pub max_splits: u32,
-    /// Samples of a leaf in each of the two sets; at least 1.
-    pub half_samples: u32,
 }
 
 /// Pixels cannot be halved more often.
@@ -111,7 +110,7 @@ pub const MAX_SPLITS: u32 = 12;
 impl Adaptive {
     /// Pixels are divided by the threshold alone.
     pub fn new(threshold: f64) -> Adaptive {
-        Adaptive { threshold, min_splits: 0, max_splits: MAX_SPLITS, half_samples: 1 }
+        Adaptive { threshold, min_splits: 0, max_splits: MAX_SPLITS }
     }
 }
 
@@ -290,8 +289,26 @@ pub fn render_into(
     film: &mut Film,
     finished: &(dyn Fn(&Rows) + Sync),
 ) -> Result<Counts, Stopped> {
+    let job = job(world, accel, camera, settings, control);
+    if let Spread::Adaptive(spread) = &settings.spread {
+        return Ok(adaptive::render_blocks(&job, spread, film, 1)?.counts());
+    }
+    let tally = tile::render_tiles(&job, film, finished)?;
+    let rmse_estimate = estimate::block_of(settings.sampler, job.pattern.n_samples())
+        .map(|_| tally.error.rmse_of_sequence(settings.region.n_pixels(), job.pattern.n_samples()));
+    Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests, rmse_estimate })
+}
+
+/// What the workers of a render share.
+fn job<'a>(
+    world: &'a World,
+    accel: &'a Accel,
+    camera: &Camera,
+    settings: &'a Settings,
+    control: &'a Control,
+) -> tile::Job<'a> {
     let parts = parts::PartsAsked::new(&settings.aovs, settings.aovs.light_groups.len());
-    let job = tile::Job {
+    tile::Job {
         scene: trace::Scene {
             world,
             accel,
@@ -307,14 +324,5 @@ pub fn render_into(
         pattern: sampler::Pattern::new(settings),
         settings,
         control,
-    };
-    if let Spread::Adaptive(spread) = &settings.spread {
-        let tally = adaptive::render_blocks(&job, spread, film)?;
-        let rmse_estimate = Some(tally.error.rmse_of_pairs(settings.region.n_pixels()));
-        return Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests, rmse_estimate });
     }
-    let tally = tile::render_tiles(&job, film, finished)?;
-    let rmse_estimate = estimate::block_of(settings.sampler, job.pattern.n_samples())
-        .map(|_| tally.error.rmse_of_sequence(settings.region.n_pixels(), job.pattern.n_samples()));
-    Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests, rmse_estimate })
 }

@@ -10,6 +10,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::aov::{Aov, Aovs};
+use super::cost::Costs;
 use crate::world::{Hit, LightGroupId};
 
 /// The parts at the first hit; they are the first layers, so that a layer is the number of its part.
@@ -24,15 +25,22 @@ pub struct PartsAsked {
     pub groups: bool,
     /// Groups of the scene, and one before them for what comes from no light.
     pub n_groups: usize,
+    /// Whether costs are, which are no part of the radiance and kept beside it in the same way.
+    pub cost: bool,
 }
 
 impl PartsAsked {
     /// Of the layers asked for, in a scene of so many light groups.
     pub fn new(aovs: &Aovs, n_light_groups: usize) -> PartsAsked {
-        PartsAsked { lobes: aovs.any_of(&Aov::LOBES), groups: aovs.has(Aov::Lights), n_groups: n_light_groups + 1 }
+        PartsAsked {
+            lobes: aovs.any_of(&Aov::LOBES),
+            groups: aovs.has(Aov::Lights),
+            n_groups: n_light_groups + 1,
+            cost: aovs.has(Aov::Cost),
+        }
     }
 
-    /// Whether any is.
+    /// Whether any part of the radiance is.
     #[inline]
     pub fn any(&self) -> bool {
         self.lobes || self.groups
@@ -60,6 +68,8 @@ pub struct Parts {
     n_groups: usize,
     /// By ray, at deeper levels: whether it was refracted, not mirrored.
     pub refracted: Vec<bool>,
+    /// By ray: what it costs.
+    pub costs: Costs,
 }
 
 impl Parts {

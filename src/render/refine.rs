@@ -1,12 +1,16 @@
-//! Rounds of adaptive samples until the image's estimated error meets a target.
+//! Rounds of ever more samples until the image's estimated error meets a target.
 //!
-//! Every round renders the image anew, so that nothing is kept for pixels, and costs about as much more than the one before as
-//! the threshold is lowered: the last one is most of the work. Where edges make the error, it falls as threshold^¾: the number
-//! of leaves along an edge of contrast c is (c/threshold)^½, and each brings a variance of threshold²/6 or less.
+//! First a few blocks of the image are rendered: with a few samples for every pixel, which tells how many of them would meet the
+//! target, and with adaptive samples, more from round to round, until these meet it or cost as much. What is cheaper then renders the image. Every
+//! round begins anew, with samples of its own, so that nothing is kept for pixels.
+//!
+//! Where edges make the error, that of adaptive samples falls as threshold^¾: the number of leaves along an edge of contrast c is
+//! (c/threshold)^½, and each brings a variance of threshold²/6 or less. That of uniform ones falls as n^−¾ there.
 
 use std::sync::atomic::Ordering;
 
-use super::{Adaptive, Control, Counts, MAX_SPLITS, Settings, Spread, Stopped, render_into};
+use super::adaptive::{n_blocks, one_block_in, render_blocks};
+use super::{Adaptive, Control, Counts, MAX_SPLITS, Sampler, Settings, Spread, Stopped, job, new_film, render_into};
 use crate::accel::Accel;
 use crate::film::Film;
 use crate::world::{Camera, World};
@@ -16,10 +20,12 @@ use crate::world::{Camera, World};
 pub struct Refined {
     /// What all rounds took, and the error of the last.
     pub counts: Counts,
-    /// The threshold of the last round.
-    pub threshold: f64,
-    /// Rounds.
-    pub n_rounds: u32,
+    /// How the samples of the image are spread.
+    pub spread: Spread,
+    /// Samples per pixel, where all have the same number.
+    pub samples: Option<u32>,
+    /// Rounds, those of a few blocks included.
+    pub n_rounds: u64,
 }
 
 /// The exponent with which error falls with the threshold along edges, and the range that what is measured is held to.
@@ -34,7 +40,21 @@ const AIM: f64 = 0.95;
 const MAX_GAIN: f64 = 24.0;
 
 /// Rounds at most. Ten gains of two are a thousand; where the last divisions allowed do not meet the target, more rounds do not.
-const MAX_ROUNDS: u32 = 16;
+const MAX_ROUNDS: usize = 16;
+
+/// One block in so many is rendered first, or more of them, so that there are some.
+const MAX_ONE_IN: u32 = 8;
+const MIN_FIRST_BLOCKS: u64 = 16;
+
+/// The first blocks are not rendered once more if they have missed the target by no more than this.
+const NEAR: f64 = 1.3;
+
+/// Samples of every pixel that tell what uniform samples would cost, and the exponent of the law by which the error falls.
+const PROBE_SAMPLES: u32 = 8;
+const UNIFORM_EXPONENT: f64 = 0.75;
+
+/// More samples than scene files may ask for are not taken.
+const MAX_SAMPLES: f64 = 65_536.0;
 
 /// The threshold of the first round: that which would meet the target, were one pixel in two hundred crossed by an edge of
 /// contrast 1 (of 4/π·2ᵏ leaves at k divisions, with a variance of a sixth, halved by two samples), but no more than half.
@@ -57,8 +77,32 @@ pub fn next_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
     threshold * libm::pow(gain, -1.0 / exponent.clamp(EXPONENTS.0, EXPONENTS.1))
 }
 
+/// The samples that meet the target if `samples` have an error, at least four, since fewer tell none.
+fn samples_for(target_rmse: f64, samples: u32, rmse: f64) -> u32 {
+    let factor = libm::pow(rmse / (AIM * target_rmse), 1.0 / UNIFORM_EXPONENT);
+    (f64::from(samples) * factor).ceil().clamp(4.0, MAX_SAMPLES) as u32
+}
+
+/// A refinement under way.
+struct Refinement<'a> {
+    world: &'a World,
+    accel: &'a Accel,
+    camera: &'a Camera,
+    settings: &'a Settings,
+    target_rmse: f64,
+    control: &'a Control,
+    total: Counts,
+    n_rounds: u64,
+}
+
+/// What the first blocks tell is cheapest.
+enum Way {
+    Uniform(u32),
+    Adaptive(f64),
+}
+
 /// Renders with ever more samples until the estimate of the root mean square error is at most `target_rmse`, which is above
-/// 0, or cells cannot be divided further. The spread of the settings has no meaning.
+/// 0, or neither cells can be divided further nor samples be more. Spread, sampler and samples of the settings have no meaning.
 ///
 /// Which round is the last depends on the samples of all pixels; what bias that brings is in `docs/ERROR.md`.
 ///
@@ -73,26 +117,120 @@ pub fn refine(
     control: &Control,
     film: &mut Film,
 ) -> Result<Refined, Stopped> {
-    let mut rounds: Vec<(f64, f64)> = Vec::new();
-    let mut total = Counts::default();
-    let smallest = libm::ldexp(1.0, -2 * MAX_SPLITS as i32);
-    loop {
-        let threshold = next_threshold(target_rmse, &rounds);
-        let round = rounds.len() as u64;
-        // Every round has samples of its own.
-        let seed = settings.seed.wrapping_add(round << 48);
-        let spread = Spread::Adaptive(Adaptive::new(threshold));
-        let settings = Settings { spread, seed, ..settings.clone() };
-        control.tiles_done.store(0, Ordering::Relaxed);
-        let counts = render_into(world, accel, camera, &settings, control, film, &|_| {})?;
-        total.add_round(&counts);
-        let rmse = counts.rmse_estimate.unwrap_or(0.0);
-        rounds.push((threshold, rmse));
-        let n_rounds = rounds.len() as u32;
-        if rmse <= target_rmse || n_rounds == MAX_ROUNDS || threshold < smallest {
-            return Ok(Refined { counts: total, threshold, n_rounds });
+    let (total, n_rounds) = (Counts::default(), 0);
+    let mut work = Refinement { world, accel, camera, settings, target_rmse, control, total, n_rounds };
+    let way = work.find_way(film)?;
+    let (spread, samples) = match way {
+        Way::Uniform(samples) => (Spread::Uniform, Some(work.render_uniform(samples, film)?)),
+        Way::Adaptive(threshold) => (Spread::Adaptive(Adaptive::new(work.render_adaptive(threshold, film)?)), None),
+    };
+    Ok(Refined { counts: work.total, spread, samples, n_rounds: work.n_rounds })
+}
+
+impl Refinement<'_> {
+    /// Finds out with a few blocks how the image is rendered best.
+    fn find_way(&mut self, film: &mut Film) -> Result<Way, Stopped> {
+        let one_in = (n_blocks(&self.settings.region) / MIN_FIRST_BLOCKS).clamp(1, u64::from(MAX_ONE_IN)) as u32;
+        // A power of two, for which blocks are spread evenly.
+        let one_in = 1 << one_in.ilog2();
+        let (uniform_rays, samples) = self.probe(one_in)?;
+        let mut rounds: Vec<(f64, f64)> = Vec::new();
+        loop {
+            let threshold = next_threshold(self.target_rmse, &rounds);
+            let round = self.round(threshold, one_in, film)?;
+            let rmse = round.rmse_estimate.unwrap_or(0.0);
+            rounds.push((threshold, rmse));
+            if round.rays.total() as f64 > uniform_rays {
+                return Ok(Way::Uniform(samples));
+            }
+            if rmse <= self.target_rmse || is_last(&rounds) {
+                return Ok(Way::Adaptive(threshold));
+            }
+            if rmse <= NEAR * self.target_rmse {
+                return Ok(Way::Adaptive(next_threshold(self.target_rmse, &rounds)));
+            }
         }
     }
+
+    /// The rays that the first blocks would take with uniform samples, and the samples.
+    fn probe(&mut self, one_in: u32) -> Result<(f64, u32), Stopped> {
+        let part = self.settings.region;
+        let (mut n_pixels, mut squares, mut rays) = (0, 0.0, 0);
+        for region in one_block_in(one_in, self.camera.width_px, self.camera.height_px, &part) {
+            let settings =
+                Settings { region, tile_size_px: 8, aovs: Default::default(), ..self.uniform(PROBE_SAMPLES) };
+            let mut film = new_film(self.camera, &settings);
+            let counts = render_into(self.world, self.accel, self.camera, &settings, self.control, &mut film, &|_| {})?;
+            self.total.add_round(&counts);
+            let rmse = counts.rmse_estimate.unwrap_or(0.0);
+            n_pixels += region.n_pixels();
+            squares += rmse * rmse * region.n_pixels() as f64;
+            rays += counts.rays.total();
+        }
+        self.n_rounds += 1;
+        let rmse = (squares / n_pixels.max(1) as f64).sqrt();
+        let samples = samples_for(self.target_rmse, PROBE_SAMPLES, rmse);
+        Ok((rays as f64 / f64::from(PROBE_SAMPLES) * f64::from(samples), samples))
+    }
+
+    /// Settings of a round of uniform samples.
+    fn uniform(&self, samples: u32) -> Settings {
+        let seed = self.seed();
+        Settings { spread: Spread::Uniform, sampler: Sampler::Sobol, samples, seed, ..self.settings.clone() }
+    }
+
+    /// Every round has samples of its own.
+    fn seed(&self) -> u64 {
+        self.settings.seed.wrapping_add(self.n_rounds << 48)
+    }
+
+    /// A round of adaptive samples, of some blocks.
+    fn round(&mut self, threshold: f64, one_in: u32, film: &mut Film) -> Result<Counts, Stopped> {
+        let adaptive = Adaptive::new(threshold);
+        let settings = Settings { spread: Spread::Adaptive(adaptive), seed: self.seed(), ..self.settings.clone() };
+        self.control.tiles_done.store(0, Ordering::Relaxed);
+        let job = job(self.world, self.accel, self.camera, &settings, self.control);
+        let counts = render_blocks(&job, &adaptive, film, one_in)?.counts();
+        self.n_rounds += 1;
+        self.total.add_round(&counts);
+        Ok(counts)
+    }
+
+    /// Renders the image until its error meets the target, first with a threshold; says with which one it did.
+    fn render_adaptive(&mut self, threshold: f64, film: &mut Film) -> Result<f64, Stopped> {
+        let (mut threshold, mut rounds) = (threshold, Vec::new());
+        loop {
+            let rmse = self.round(threshold, 1, film)?.rmse_estimate.unwrap_or(0.0);
+            rounds.push((threshold, rmse));
+            if rmse <= self.target_rmse || is_last(&rounds) {
+                return Ok(threshold);
+            }
+            threshold = next_threshold(self.target_rmse, &rounds);
+        }
+    }
+
+    /// The same with uniform samples.
+    fn render_uniform(&mut self, samples: u32, film: &mut Film) -> Result<u32, Stopped> {
+        let mut samples = samples;
+        loop {
+            let settings = self.uniform(samples);
+            self.control.tiles_done.store(0, Ordering::Relaxed);
+            let counts = render_into(self.world, self.accel, self.camera, &settings, self.control, film, &|_| {})?;
+            self.n_rounds += 1;
+            self.total.add_round(&counts);
+            let rmse = counts.rmse_estimate.unwrap_or(0.0);
+            if rmse <= self.target_rmse || f64::from(samples) >= MAX_SAMPLES {
+                return Ok(samples);
+            }
+            samples = samples_for(self.target_rmse, samples, rmse);
+        }
+    }
+}
+
+/// Whether no further round makes sense.
+fn is_last(rounds: &[(f64, f64)]) -> bool {
+    let smallest = libm::ldexp(1.0, -2 * MAX_SPLITS as i32);
+    rounds.len() >= MAX_ROUNDS || rounds.last().is_some_and(|&(threshold, _)| threshold < smallest)
 }
 
 #[cfg(test)]

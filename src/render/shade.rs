@@ -90,7 +90,15 @@ impl Shading {
 
     /// Shades all hits of a level: fills its radiance, and the rays that are still to be traced. `bounce` says whether
     /// the next level may have rays.
-    pub fn shade(&self, world: &World, cutoff: &Cutoff, level: &mut Level, bounce: bool, next: &mut Bounces, lighting: &mut Lighting) {
+    pub fn shade(
+        &self,
+        world: &World,
+        cutoff: &Cutoff,
+        level: &mut Level,
+        bounce: bool,
+        next: &mut Bounces,
+        lighting: &mut Lighting,
+    ) {
         let LevelStage { stage, is_shaded } = if bounce { &self.inner } else { &self.last };
         level.radiance.clear();
         lighting.points.clear();
@@ -285,7 +293,9 @@ fn light<const TERMINATOR: bool, const LIGHT: u8>(world: &World, point: &Point, 
     let n_points = if BARE { 1 } else { lights.positions.len() };
     for (row, (&position, &intensity)) in lights.positions[..n_points].iter().zip(&lights.intensities).enumerate() {
         let Some(wi) = (position - point.surface.p).try_normalize() else { continue };
-        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity, to_lights.faint) else { continue };
+        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity, to_lights.faint) else {
+            continue;
+        };
         // The segment to the light, open at both ends: what lies behind the light casts no shadow.
         let origin = point.leave::<TERMINATOR>(wi);
         to_lights.send(Ray::new(origin, position - origin).until(JUST_BEFORE_LIGHT), row, radiance);
@@ -304,7 +314,9 @@ fn light_from_afar<const TERMINATOR: bool, const LIGHT: u8>(
     let lights = &world.lights;
     for (row, (&direction, &intensity)) in lights.directions.iter().zip(&lights.directional_intensities).enumerate() {
         let wi = -direction;
-        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity, to_lights.faint) else { continue };
+        let Some(Lit { radiance, diffuse, specular }) = lit(world, point, wi, intensity, to_lights.faint) else {
+            continue;
+        };
         to_lights.send(Ray::new(point.leave::<TERMINATOR>(wi), wi), lights.positions.len() + row, radiance);
         if LIGHT == IN_PARTS {
             to_lights.parts.push(LightParts { diffuse, specular, group: lights.directional_groups[row] });
@@ -332,7 +344,11 @@ fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3, faint: f64) ->
     let highlight = highlight(mirrored.dot(point.wo).max(0.0), materials.shininess[row]);
     let (diffuse, specular) = (materials.diffuse[row] * cosine, materials.specular[row] * highlight);
     let radiance = intensity * (diffuse + specular);
-    (radiance.abs().max_element() > faint).then_some(Lit { radiance, diffuse: intensity * diffuse, specular: intensity * specular })
+    (radiance.abs().max_element() > faint).then_some(Lit {
+        radiance,
+        diffuse: intensity * diffuse,
+        specular: intensity * specular,
+    })
 }
 
 /// cosineˢʰ, with 0⁰ = 1. The exponent 1 needs no power, and is what it gives.

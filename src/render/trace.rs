@@ -208,7 +208,11 @@ impl Wavefront {
         // Closest hits.
         level.hits.clear();
         level.hits.resize(level.rays.len(), Hit::MISS);
-        scene.accel.closest_hit(scene.world, &level.rays, &mut level.hits);
+        if scene.parts.cost {
+            level.parts.costs.closest_hit(scene.accel, scene.world, &level.rays, &mut level.hits);
+        } else {
+            scene.accel.closest_hit(scene.world, &level.rays, &mut level.hits);
+        }
 
         // Shading: local radiance, shadow rays, mirror and refracted rays.
         if depth == 0 {
@@ -227,7 +231,12 @@ impl Wavefront {
         let Lighting { rays: shadow_rays, shadow, .. } = &self.lighting;
         self.occluded.clear();
         self.occluded.resize(shadow_rays.len(), false);
-        scene.accel.occluded(scene.world, shadow_rays, &mut self.occluded);
+        if scene.parts.cost {
+            let owners = shadow.iter().map(|shadow| shadow.ray_idx);
+            level.parts.costs.occluded(scene.accel, scene.world, shadow_rays, &mut self.occluded, owners);
+        } else {
+            scene.accel.occluded(scene.world, shadow_rays, &mut self.occluded);
+        }
         for (shadow, &occluded) in shadow.iter().zip(&self.occluded) {
             if !occluded {
                 level.radiance[shadow.ray_idx as usize] += shadow.radiance;
@@ -274,6 +283,9 @@ impl Wavefront {
                 for (&parent, &below) in level.parents.iter().zip(&level.signatures) {
                     signature::add_bounce(&mut parents.signatures[parent as usize], below);
                 }
+            }
+            if scene.parts.cost {
+                parents.parts.costs.add_bounces(&level.parents, &level.parts.costs);
             }
             if scene.parts.any() {
                 for (ray, (&parent, &weight)) in level.parents.iter().zip(&level.weights).enumerate() {

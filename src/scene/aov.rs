@@ -6,7 +6,7 @@ use super::nearest::advice;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum AovKey {
-    /// Everything.
+    /// Everything but costs.
     All,
     /// The six parts of the beauty that follow.
     Lobes,
@@ -31,11 +31,12 @@ pub enum AovKey {
     Cryptomatte,
     CryptoObject,
     CryptoMaterial,
+    Cost,
 }
 
 impl AovKey {
     /// What they are called.
-    pub const WORDS: [(&'static str, AovKey); 21] = [
+    pub const WORDS: [(&'static str, AovKey); 22] = [
         ("all", AovKey::All),
         ("lobes", AovKey::Lobes),
         ("ambient", AovKey::Ambient),
@@ -57,6 +58,7 @@ impl AovKey {
         ("cryptomatte", AovKey::Cryptomatte),
         ("CryptoObject", AovKey::CryptoObject),
         ("CryptoMaterial", AovKey::CryptoMaterial),
+        ("cost", AovKey::Cost),
     ];
 
     /// The one that a word names, in upper or lower case.

@@ -4,25 +4,29 @@
 //! |---|---|
 //! | `tree` | the cells of a block |
 //! | `contrast` | what neighbouring samples tell |
-//! | `block` | divides cells, and takes the samples that count |
+//! | `divide` | divides the pixels of a block |
+//! | `count` | takes the samples that count |
 
-mod block;
 mod contrast;
+mod count;
+mod divide;
 mod tree;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use super::estimate::Sums;
 use super::layers::Layers;
 use super::parts::PartsAsked;
 use super::shade::Shading;
 use super::tile::{Job, Tally};
 use super::trace::{Scene, Wavefront};
-use super::{Adaptive, Stopped};
+use super::{Adaptive, Counts, Stopped};
 use crate::film::rows::RowsMut;
 use crate::film::{Film, Region};
 use crate::numeric::tally::take_exact_tests;
-use block::{Block, blocks};
+use count::{Counting, ONE_IN};
+use divide::{Divider, Division};
 use tree::BLOCK_PX;
 
 /// Blocks that a part of an image touches.
@@ -31,8 +35,35 @@ pub fn n_blocks(part: &Region) -> u64 {
     count(part.x0, part.x1) * count(part.y0, part.y1)
 }
 
-/// Renders the part of the image that the settings name into the film.
-pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film) -> Result<Tally, Stopped> {
+/// What rendering blocks took and came to.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Outcome {
+    /// Rays, exact tests and blocks.
+    pub tally: Tally,
+    /// What tells the error.
+    pub error: Sums,
+    /// Pixels of the part asked for that were rendered.
+    pub n_pixels: usize,
+}
+
+impl Outcome {
+    fn add(&mut self, other: &Outcome) {
+        self.tally.n_tiles += other.tally.n_tiles;
+        self.tally.exact_tests += other.tally.exact_tests;
+        self.tally.rays.add(&other.tally.rays);
+        self.error.add(&other.error);
+        self.n_pixels += other.n_pixels;
+    }
+
+    /// The outcome as what a render reports.
+    pub fn counts(&self) -> Counts {
+        let rmse_estimate = Some(self.error.rmse_of_pairs(self.n_pixels.max(1), ONE_IN));
+        Counts { rays: self.tally.rays, exact_tests: self.tally.exact_tests, rmse_estimate }
+    }
+}
+
+/// Renders the part of the image that the settings name into the film: every block, or one in `one_in` of them, spread evenly.
+pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film, one_in: u32) -> Result<Outcome, Stopped> {
     let scene = &job.scene;
     let settings = job.settings;
     let decide = Scene {
@@ -41,61 +72,59 @@ pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film) -> Result<
         signatures: true,
         ..scene.clone()
     };
-    let blocks = blocks(film.width_px, film.height_px, &settings.region);
+    let blocks = some_blocks(one_in, film.width_px, film.height_px, &settings.region);
     let mut rows = film.split_rows_mut(settings.region.height_px() as usize);
     let film = Mutex::new(rows.remove(0));
     let next = AtomicUsize::new(0);
-    let tally = Mutex::new(Tally::default());
+    let outcome = Mutex::new(Outcome::default());
     let work = || {
-        let mine = work(job, &decide, adaptive, &|| blocks.get(next.fetch_add(1, Ordering::Relaxed)), &film);
-        let mut all = tally.lock().unwrap_or_else(PoisonError::into_inner);
-        all.n_tiles += mine.n_tiles;
-        all.exact_tests += mine.exact_tests;
-        all.rays.add(&mine.rays);
-        all.error.add(&mine.error);
+        let mine = work(
+            &Divider { job, scene: &decide, adaptive },
+            &|| blocks.get(next.fetch_add(1, Ordering::Relaxed)),
+            &film,
+        );
+        outcome.lock().unwrap_or_else(PoisonError::into_inner).add(&mine);
     };
     std::thread::scope(|scope| {
         (1..settings.threads.min(blocks.len())).for_each(|_| drop(scope.spawn(work)));
         work();
     });
-    let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if tally.n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok(tally) }
+    let outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if outcome.tally.n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok(outcome) }
 }
 
 /// One worker: blocks until there are none left or a stop is asked for.
-fn work<'a>(
-    job: &Job,
-    decide: &Scene,
-    adaptive: &Adaptive,
-    take: &dyn Fn() -> Option<&'a Region>,
-    film: &Mutex<RowsMut<'_>>,
-) -> Tally {
+fn work<'a>(divider: &Divider, take: &dyn Fn() -> Option<&'a Region>, film: &Mutex<RowsMut<'_>>) -> Outcome {
+    let job = divider.job;
     let part = job.settings.region;
-    let mut tally = Tally::default();
-    let (mut block, mut wavefront) = (Block::default(), Wavefront::default());
+    let mut outcome = Outcome::default();
+    let (mut division, mut counting, mut wavefront) = (Division::default(), Counting::default(), Wavefront::default());
     let mut layers = job.settings.aovs.any().then(|| Layers::new(&job.settings.aovs, job.scene.world, &job.camera));
     take_exact_tests();
-    while let Some(region) = take() {
+    while let Some(block) = take() {
         let before = wavefront.counts.total();
-        if block.render(job, decide, adaptive, region, &mut wavefront, layers.as_mut()).is_err() {
+        let is_done = division
+            .divide(divider, block, &mut wavefront)
+            .and_then(|()| counting.count(job, &division.tree, block, &mut wavefront, layers.as_mut()));
+        if is_done.is_err() {
             break;
         }
-        tally.error.add(&block.error(region, &part));
+        outcome.error.add(&counting.error);
         let mut film = film.lock().unwrap_or_else(PoisonError::into_inner);
         let planes = layers.as_mut().map(|layers| layers.finish(1.0));
-        put(&mut film, &part, region, &block.pixels, planes);
+        outcome.n_pixels += put(&mut film, &part, block, &counting.pixels, planes);
         drop(film);
-        tally.n_tiles += 1;
+        outcome.tally.n_tiles += 1;
         job.control.rays_traced.fetch_add(wavefront.counts.total() - before, Ordering::Relaxed);
         job.control.tiles_done.fetch_add(1, Ordering::Relaxed);
     }
-    tally.rays = wavefront.counts;
-    tally.exact_tests = take_exact_tests();
-    tally
+    outcome.tally.rays = wavefront.counts;
+    outcome.tally.exact_tests = take_exact_tests();
+    outcome
 }
 
-/// Writes the pixels of a block that are of the part asked for.
-fn put(film: &mut RowsMut<'_>, part: &Region, block: &Region, pixels: &[[f64; 4]], planes: Option<&[f64]>) {
+/// Writes the pixels of a block that are of the part asked for, and says how many.
+fn put(film: &mut RowsMut<'_>, part: &Region, block: &Region, pixels: &[[f64; 4]], planes: Option<&[f64]>) -> usize {
     let width = block.width_px() as usize;
     let (x0, x1) = (block.x0.max(part.x0), block.x1.min(part.x1));
     let n_planes = planes.map_or(0, |planes| planes.len() / pixels.len());
@@ -108,4 +137,37 @@ fn put(film: &mut RowsMut<'_>, part: &Region, block: &Region, pixels: &[[f64; 4]
             film.put_planes(4, column, row, range.len(), &planes[range.start * n_planes..range.end * n_planes]);
         }
     }
+    (x1 - x0) as usize * (block.y1.min(part.y1) - block.y0.max(part.y0)) as usize
+}
+
+/// One in so many of the blocks that a part of an image touches, cut to that part.
+pub fn one_block_in(one_in: u32, width_px: u32, height_px: u32, part: &Region) -> impl Iterator<Item = Region> + use<> {
+    let part = *part;
+    some_blocks(one_in, width_px, height_px, &part).into_iter().map(move |block| Region {
+        x0: block.x0.max(part.x0),
+        y0: block.y0.max(part.y0),
+        x1: block.x1.min(part.x1),
+        y1: block.y1.min(part.y1),
+    })
+}
+
+/// One in so many of the blocks that a part of an image touches, spread evenly.
+fn some_blocks(one_in: u32, width_px: u32, height_px: u32, part: &Region) -> Vec<Region> {
+    let mut blocks = blocks(width_px, height_px, part);
+    // A lattice without rows or columns of its own.
+    blocks.retain(|block| (block.x0 / BLOCK_PX + 3 * (block.y0 / BLOCK_PX)).is_multiple_of(one_in));
+    blocks
+}
+
+/// The blocks that a part of an image touches, in rows from the top left; those at the right and lower edge of the image
+/// may be smaller.
+fn blocks(width_px: u32, height_px: u32, part: &Region) -> Vec<Region> {
+    let starts = |from: u32, to: u32| (from / BLOCK_PX * BLOCK_PX..to).step_by(BLOCK_PX as usize);
+    let block = |x0: u32, y0: u32| Region {
+        x0,
+        y0,
+        x1: width_px.min(x0.saturating_add(BLOCK_PX)),
+        y1: height_px.min(y0.saturating_add(BLOCK_PX)),
+    };
+    starts(part.y0, part.y1).flat_map(|y0| starts(part.x0, part.x1).map(move |x0| block(x0, y0))).collect()
 }

@@ -71,7 +71,8 @@ impl Tree {
         self.size_px = [width_px + 2, height_px + 2];
         self.cells.clear();
         let [columns, rows] = self.size_px.map(|length| length as i32);
-        let pixels = (0..rows).flat_map(|y| (0..columns).map(move |x| Cell { x, y, level: 0, first_child: 0 }));
+        let pixels = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+        let pixels = pixels.map(|(x, y)| Cell { x, y, level: 0, first_child: 0 });
         self.cells.extend(pixels);
     }
 
@@ -106,6 +107,25 @@ impl Tree {
     pub fn neighbors(&self, index: usize) -> impl Iterator<Item = usize> + use<'_> {
         let Cell { x, y, level, .. } = self.cells[index];
         [(-1, 0), (1, 0), (0, -1), (0, 1)].into_iter().filter_map(move |(dx, dy)| self.find(x + dx, y + dy, level))
+    }
+
+    /// The eight pixels around a pixel of the block.
+    pub fn around(&self, root: usize) -> impl Iterator<Item = usize> + use<> {
+        let columns = self.size_px[0];
+        let rows = [root - columns, root, root + columns];
+        rows.into_iter().flat_map(|middle| [middle - 1, middle, middle + 1]).filter(move |&index| index != root)
+    }
+
+    /// The cells of its size at the four sides of a cell, left, right, above and below, if all are there.
+    pub fn equal_neighbors(&self, index: usize) -> Option<[usize; 4]> {
+        let mut equal = [0; 4];
+        let mut n = 0;
+        let level = self.cells[index].level;
+        for neighbor in self.neighbors(index).filter(|&neighbor| self.cells[neighbor].level == level) {
+            equal[n] = neighbor;
+            n += 1;
+        }
+        (n == 4).then_some(equal)
     }
 
     /// The smallest cell of at most a level that covers a place.

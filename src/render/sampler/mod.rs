@@ -58,12 +58,7 @@ impl Pattern {
             Places::Grid(cells) => cells[sample].at((0.5, 0.5)),
             Places::Jitter(cells) => cells[sample].at(self.random(x_px, y_px, sample)),
             Places::Random => self.random(x_px, y_px, sample),
-            Places::Sobol(second) => {
-                let seeds = pixel_hash(self.seed, x_px, y_px);
-                let x = sobol::scrambled(sample as u32, seeds as u32);
-                let y = sobol::scrambled(second[sample], (seeds >> 32) as u32);
-                (f64::from(x) * SCALE, f64::from(y) * SCALE)
-            }
+            Places::Sobol(second) => net_point(pixel_hash(self.seed, x_px, y_px), sample as u32, second[sample]),
         };
         self.warped(position)
     }
@@ -88,6 +83,14 @@ impl Pattern {
 #[inline]
 pub(super) fn pixel_hash(seed: u64, x_px: u32, y_px: u32) -> u64 {
     mix(seed ^ mix(u64::from(y_px) << 32 | u64::from(x_px)))
+}
+
+/// A point of Sobol's sequence, its second dimension as [`sobol::second`] gives it, scrambled by two seeds.
+#[inline]
+fn net_point(seeds: u64, index: u32, second: u32) -> (f64, f64) {
+    let x = sobol::scrambled(index, seeds as u32);
+    let y = sobol::scrambled(second, (seeds >> 32) as u32);
+    (f64::from(x) * SCALE, f64::from(y) * SCALE)
 }
 
 /// The upper and the lower half of a hash, as fractions of 2³².

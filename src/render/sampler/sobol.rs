@@ -54,7 +54,10 @@ mod tests {
                         };
                         let mut taken = vec![false; 1 << m];
                         points.iter().for_each(|&point| taken[cell(point)] = true);
-                        assert!(taken.iter().all(|&taken| taken), "seed {seed:x}, {first}, 2^{k} columns of 2^{m} cells");
+                        assert!(
+                            taken.iter().all(|&taken| taken),
+                            "seed {seed:x}, {first}, 2^{k} columns of 2^{m} cells"
+                        );
                     }
                 }
             }

@@ -25,7 +25,17 @@ fn glasses() -> World {
 
 fn scene<'a>(world: &'a World, accel: &'a Accel, chunk_rays: usize, max_depth: u32) -> Scene<'a> {
     let shading = Shading::new(world, false, false, accel.isa());
-    Scene { world, accel, shading, max_depth, clamp: false, parts: PartsAsked::default(), cutoff: Cutoff::default(), signatures: false, chunk_rays }
+    Scene {
+        world,
+        accel,
+        shading,
+        max_depth,
+        clamp: false,
+        parts: PartsAsked::default(),
+        cutoff: Cutoff::default(),
+        signatures: false,
+        chunk_rays,
+    }
 }
 
 /// Rays over a window of the three spheres.
