@@ -39,7 +39,7 @@ use frame::Frame;
 use ids::Centers;
 use partial::{Partial, Run};
 use reference::Reference;
-use report::{Report, Row};
+use report::{Report, Row, TARGETS};
 use setting::Way;
 
 /// Renders every way several times, in another random order each time and each time with another seed, and reports. What `partial`
@@ -153,12 +153,12 @@ fn wrong_ids(engines: &mut Engines, ways: &[Way]) -> (Vec<Option<u64>>, usize) {
     (wrong, centers.len())
 }
 
-/// What the reader should know of the ways that were asked for.
+/// What the reader should know of the errors that are asked for.
 fn notes(ways: &[Way], reference: &Reference) -> Vec<String> {
-    let below = ways.iter().filter(|way| way.target().is_some_and(|target| target < reference.least()));
-    let note = |way: &Way| {
-        let least = reference.least();
-        format!("{}: the target is below three floors of the reference ({least:.1e}), where no error can be told", way.name())
-    };
-    below.map(note).collect()
+    let least = reference.least();
+    let below = |name: String| format!("{name} is below three floors of the reference, {least:.1e}, where no error can be told");
+    let targets = ways.iter().filter(|way| way.target().is_some_and(|target| target < least));
+    let told = TARGETS.into_iter().filter(|&target| target < least);
+    let told = told.map(|target| below(format!("an error of {target:e}")));
+    targets.map(|way| below(format!("the target of {}", way.name()))).chain(told).collect()
 }

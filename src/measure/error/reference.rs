@@ -21,9 +21,10 @@ pub const FLOORS: f64 = 3.0;
 /// Rays that together change a sample by less are left out of references.
 const CUTOFF: f64 = 1e-9;
 
-/// Cells with a contrast to their neighbours are divided while contrast times area is above this: along an edge of contrast 1
-/// to a 1024th of a pixel.
-const THRESHOLD: f64 = 1e-6;
+/// Cells with a contrast to their neighbours are divided while contrast times area times samples is above this. At 4096 samples an
+/// edge of contrast 1 is followed to a 320th of a pixel, by about five hundred cells: as many samples again as the pixel has
+/// everywhere, with a thousandth of their error.
+const THRESHOLD_SAMPLES: f64 = 0.04;
 
 /// The second half's seed differs from the first's by this, and both from those of runs, which are small.
 const HALF_SEEDS: [u64; 2] = [0x5eed_a000_0000, 0x5eed_b000_0000];
@@ -49,22 +50,17 @@ pub struct Reference {
     pub samples: u32,
 }
 
-/// Samples per pixel as halves, cells and cells' halves make them: a power of 4, times 4, times a whole number; at least what is
-/// asked for.
+/// Samples per pixel as cells make them: a power of 4, at least 4 and what is asked for.
 pub fn rounded_samples(samples: u32) -> u32 {
-    let (splits, half_samples) = division(samples);
-    (4 << (2 * splits)) * half_samples
+    4 << (2 * splits(samples))
 }
 
 /// Largest number of samples that can be asked for.
 pub const MAX_SAMPLES: u32 = 1 << 24;
 
-/// How often pixels are halved at least, and the samples of a cell in each of its two sets. Two halves of two sets each are four
-/// samples to a cell.
-fn division(samples: u32) -> (u32, u32) {
-    let cells = samples.div_ceil(4).max(1);
-    let splits = (cells.ilog2() / 2).min(MAX_SPLITS - 2);
-    (splits, cells.div_ceil(1 << (2 * splits)))
+/// How often pixels are halved at least: each of two renders has two samples in a cell.
+fn splits(samples: u32) -> u32 {
+    (0..MAX_SPLITS).find(|splits| 4_u32 << (2 * splits) >= samples).unwrap_or(MAX_SPLITS - 1)
 }
 
 /// Renders a reference: everything that [`Frame`] says, at least `samples` per pixel, stratified, and more along edges of
@@ -73,8 +69,8 @@ fn division(samples: u32) -> (u32, u32) {
 /// # Errors
 /// [`Stopped`] when `control` asked for it.
 pub fn make(frame: &Frame, accel: &Accel, samples: u32, control: &Control) -> Result<Reference, Stopped> {
-    let (min_splits, half_samples) = division(samples);
-    let spread = Spread::Adaptive(Adaptive { min_splits, half_samples, ..Adaptive::new(THRESHOLD) });
+    let threshold = THRESHOLD_SAMPLES / f64::from(rounded_samples(samples));
+    let spread = Spread::Adaptive(Adaptive { min_splits: splits(samples), ..Adaptive::new(threshold) });
     let half = |seed: u64| {
         let seed = frame.settings.seed.wrapping_add(seed);
         let settings = Settings { spread, seed, cutoff: CUTOFF, ..frame.settings.clone() };
@@ -204,11 +200,9 @@ mod tests {
     use crate::film::Region;
 
     #[test]
-    fn samples_are_made_of_halves_sets_and_cells() {
-        assert_eq!(division(4096), (5, 1));
-        for (asked, made) in
-            [(1, 4), (4, 4), (5, 8), (16, 16), (17, 32), (4096, 4096), (4097, 8192), (1 << 24, 1 << 24)]
-        {
+    fn samples_are_a_power_of_four() {
+        assert_eq!(splits(4096), 5);
+        for (asked, made) in [(1, 4), (4, 4), (5, 16), (4096, 4096), (4097, 16_384), (MAX_SAMPLES, MAX_SAMPLES)] {
             assert_eq!(rounded_samples(asked), made, "{asked}");
         }
     }

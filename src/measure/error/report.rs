@@ -130,7 +130,7 @@ pub struct Report {
 }
 
 /// Errors that a time is told for, beside the least that the reference allows.
-const TARGETS: [f64; 2] = [1e-2, 1e-3];
+pub const TARGETS: [f64; 2] = [1e-2, 1e-3];
 
 /// Ways that a slope is fitted to at least.
 const MIN_SLOPE_POINTS: usize = 3;
@@ -144,36 +144,55 @@ impl Report {
         }
     }
 
-    /// Engines and families of ways, each once, with the rows of each.
-    fn groups(&self) -> Vec<(String, Vec<&Row>)> {
-        let mut groups: Vec<(String, Vec<&Row>)> = Vec::new();
-        let engines = self.rows.iter().map(|row| (row.way.engine().to_owned(), row));
-        let families = self.rows.iter().map(|row| (row.way.family(), row));
-        for (name, row) in engines.chain(families) {
-            match groups.iter_mut().find(|(other, _)| *other == name) {
+    /// Families of several ways, with their rows; one point is no curve.
+    fn families(&self) -> Vec<(String, Vec<&Row>)> {
+        let mut families: Vec<(String, Vec<&Row>)> = Vec::new();
+        for row in &self.rows {
+            let family = row.way.family();
+            match families.iter_mut().find(|(other, _)| *other == family) {
                 Some((_, rows)) => rows.push(row),
-                None => groups.push((name, vec![row])),
+                None => families.push((family, vec![row])),
             }
         }
-        // One point is no curve.
-        groups.retain(|(_, rows)| rows.len() > 1);
-        groups
+        families.retain(|(_, rows)| rows.len() > 1);
+        families
+    }
+
+    /// Engines and families, each with the curves that are read for it: an engine's are its families' and that of all its ways.
+    fn curves(&self) -> Vec<(String, Vec<Vec<&Row>>)> {
+        let families = self.families();
+        let mut curves: Vec<(String, Vec<Vec<&Row>>)> = Vec::new();
+        for engine in ["flatray", "povray"] {
+            let own = |rows: &[&Row]| rows.iter().all(|row| row.way.engine() == engine);
+            let all: Vec<&Row> = self.rows.iter().filter(|row| row.way.engine() == engine).collect();
+            if !all.is_empty() {
+                let families = families.iter().filter(|(_, rows)| own(rows)).map(|(_, rows)| rows.clone());
+                curves.push((engine.to_owned(), families.chain([all]).collect()));
+            }
+        }
+        curves.extend(families.into_iter().map(|(name, rows)| (name, vec![rows])));
+        curves
+    }
+
+    /// The least that any of some curves says.
+    fn least_of(&self, curves: &[Vec<&Row>], read: impl Fn(&[Point]) -> Option<f64>) -> Option<f64> {
+        let points = |rows: &Vec<&Row>| -> Vec<Point> { rows.iter().map(|row| row.point(self.least)).collect() };
+        curves.iter().filter_map(|rows| read(&points(rows))).min_by(f64::total_cmp)
     }
 
     /// How long the targets take, and the least error that can be told.
     pub fn reaches(&self) -> Vec<Reach> {
         let targets = TARGETS.into_iter().filter(|&target| target >= self.least).chain([self.least]);
-        let groups = self.groups();
+        let curves = self.curves();
         let mut reaches = Vec::new();
         for rmse in targets.filter(|&target| target > 0.0) {
-            for (by, rows) in &groups {
-                let points: Vec<Point> = rows.iter().map(|row| row.point(self.least)).collect();
-                let good = rows.iter().filter(|row| row.told_rmse(self.least) <= rmse);
+            for (by, curves) in &curves {
+                let good = curves.iter().flatten().filter(|row| row.told_rmse(self.least) <= rmse);
                 let fastest = good.min_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median));
                 reaches.push(Reach {
                     rmse,
                     by: by.clone(),
-                    seconds: front::seconds_to(&points, rmse),
+                    seconds: self.least_of(curves, |points| front::seconds_to(points, rmse)),
                     setting: fastest.map(|row| row.way.name()),
                 });
             }
@@ -183,22 +202,21 @@ impl Report {
 
     /// What some round times allow.
     pub fn allowed(&self) -> Vec<Allowed> {
-        let groups = self.groups();
-        let times = round_times(&self.rows);
-        let of = |seconds: f64| {
-            groups.iter().map(move |(by, rows)| {
-                let points: Vec<Point> = rows.iter().map(|row| row.point(self.least)).collect();
-                Allowed { seconds, by: by.clone(), rmse: front::rmse_at(&points, seconds) }
-            })
-        };
-        times.into_iter().flat_map(of).collect()
+        let curves = self.curves();
+        let mut allowed = Vec::new();
+        for seconds in round_times(&self.rows) {
+            for (by, curves) in &curves {
+                let rmse = self.least_of(curves, |points| front::rmse_at(points, seconds));
+                allowed.push(Allowed { seconds, by: by.clone(), rmse });
+            }
+        }
+        allowed
     }
 
     /// Slopes of families, of rows whose error can be told. A single sample is no member of a sequence.
     pub fn slopes(&self) -> Vec<Slope> {
         let is_told = |row: &&&Row| row.rmse.median > self.least && row.samples_per_pixel.is_some_and(|n| n > 1.0);
-        let families = self.groups().into_iter().filter(|(name, rows)| rows.iter().all(|row| row.way.family() == *name));
-        let slopes = families.filter_map(|(family, rows)| {
+        let slopes = self.families().into_iter().filter_map(|(family, rows)| {
             let told = rows.iter().filter(is_told);
             let points: Vec<(f64, f64)> =
                 told.filter_map(|row| Some((row.samples_per_pixel?, row.rmse.median))).collect();
