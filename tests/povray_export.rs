@@ -22,6 +22,9 @@ use world_kit::rendering::render_world;
 use world_kit::scenes::{load_scene, scene_names};
 use world_kit::settings::center_settings;
 
+/// Radiance is divided by this, so that nothing of these scenes is cut at the white of a PNG.
+const WHITE: f64 = 4.0;
+
 fn program() -> Option<Program> {
     let found = Program::find();
     if let Err(error) = &found {
@@ -32,7 +35,6 @@ fn program() -> Option<Program> {
 
 /// What POV-Ray makes of a scene, or what of it cannot be said.
 fn rendered(program: &Program, scene: &Compiled, settings: &Settings, how: Antialiasing) -> Result<Film, String> {
-    const WHITE: f64 = 4.0;
     let text = export::scene(&scene.world, &scene.camera, settings, WHITE)
         .map_err(|refused| refused.iter().map(|what| what.0).collect::<Vec<_>>().join("; "))?;
     let folder = tempfile::tempdir().unwrap();
@@ -44,39 +46,47 @@ fn rendered(program: &Program, scene: &Compiled, settings: &Settings, how: Antia
     Ok(film)
 }
 
+/// Pixels with a channel that differs by more than a limit.
+fn n_beyond(limit: f64, a: &Film, b: &Film) -> usize {
+    let (planes_a, planes_b) = (a.color_planes().unwrap(), b.color_planes().unwrap());
+    let difference = |index: usize, c: usize| planes_a[c].samples.get(index) - planes_b[c].samples.get(index);
+    (0..a.n_pixels()).filter(|&index| (0..3).any(|c| difference(index, c).abs() > limit)).count()
+}
+
 #[test]
 fn every_scene_shows_the_same_or_says_what_cannot_be_expressed() {
     let Some(program) = program() else { return };
-    let mut n_same = 0;
     for name in scene_names() {
         let scene = load_scene(&name, 120, 90);
         let settings = center_settings(&scene.camera);
-        let theirs = match rendered(&program, &scene, &settings, Antialiasing::Uniform { grid: 1 }) {
-            Ok(film) => film,
-            Err(refused) => {
-                eprintln!("{name}: {refused}");
-                continue;
-            }
-        };
+        let theirs = rendered(&program, &scene, &settings, Antialiasing::Uniform { grid: 1 });
+        if ["glass", "light_groups"].contains(&name.as_str()) {
+            assert!(theirs.unwrap_err().contains("refraction"), "{name}");
+            continue;
+        }
+        let theirs = theirs.unwrap_or_else(|refused| panic!("{name}: {refused}"));
         let ours = render_world(&scene.world, &scene.camera, &settings).film;
-        let d = compare(&ours, &theirs).unwrap();
-        let (a, b) = (ours.color_planes().unwrap(), theirs.color_planes().unwrap());
-        let far = (0..ours.n_pixels()).filter(|&i| (0..3).any(|c| (a[c].samples.get(i) - b[c].samples.get(i)).abs() > 1e-3)).count();
-        eprintln!("{name}: max {} p999 {} far {far} {}", d.max, d.p999, scene.world.two_sided);
-        n_same += 1;
+        // Half a step of a 16-bit picture and some roundings; a few pixels have an edge through their centre.
+        let step = WHITE / 65_535.0;
+        if name == "triangles" {
+            // Its smooth triangle has normals that lean away from the viewer at its sides, which POV-Ray turns.
+            assert!(n_beyond(4e-3, &ours, &theirs) == 0 && n_beyond(1e-3, &ours, &theirs) <= 60, "{name}");
+        } else {
+            let n_far = n_beyond(0.51 * step, &ours, &theirs);
+            assert!(n_far <= 4, "{name}: {n_far} pixels differ, {:?}", compare(&ours, &theirs).unwrap());
+        }
     }
-    assert!(n_same >= 10);
 }
 
 #[test]
 fn balls_at_many_samples_agree_to_a_thousandth() {
     let Some(program) = program() else { return };
-    let scene = load_scene("default", 160, 120);
-    let samples = Settings { samples: 1024, sampler: Sampler::Sobol, threads: 2, ..center_settings(&scene.camera) };
-    let ours = render_world(&scene.world, &scene.camera, &samples).film;
-    for how in [Antialiasing::Uniform { grid: 9 }, Antialiasing::Uniform { grid: 3 }, Antialiasing::Adaptive { threshold: 0.001, depth: 6 },Antialiasing::Adaptive { threshold: 0.01, depth: 5 },Antialiasing::Adaptive { threshold: 0.1, depth: 4 }] {
-        let theirs = rendered(&program, &scene, &samples, how).unwrap();
-        let d = compare(&ours, &theirs).unwrap();
-        eprintln!("{how:?}: {d:?}");
-    }
+    let scene = load_scene("default", 80, 60);
+    let settings = Settings { samples: 1024, sampler: Sampler::Sobol, ..center_settings(&scene.camera) };
+    let ours = render_world(&scene.world, &scene.camera, &settings).film;
+    let rmse = |how| compare(&ours, &rendered(&program, &scene, &settings, how).unwrap()).unwrap().rmse;
+    let (few, many) = (rmse(Antialiasing::Uniform { grid: 4 }), rmse(Antialiasing::Uniform { grid: 20 }));
+    assert!(many <= 1e-3 && many < few, "{few:e}, then {many:e}");
+    let adaptive = rmse(Antialiasing::Adaptive { threshold: 0.001, depth: 6 });
+    assert!(adaptive < few, "{adaptive:e}");
 }

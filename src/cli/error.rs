@@ -158,7 +158,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 if let Some(path) = path.filter(|_| partial.n_added() + partial.n_used() > 0) {
                     let n_runs = partial.n_added() + partial.n_used();
                     let shown = terminal::shown(&path);
-                    terminal::print_error(&format!("{n_runs} runs are kept in {shown}: the same command goes on from there\n"));
+                    terminal::print_error(&format!(
+                        "{n_runs} runs are kept in {shown}: the same command goes on from there\n"
+                    ));
                 }
                 return Err(failure);
             }
@@ -169,7 +171,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let has_wrong = |section: &Section| section.report.rows.iter().any(|row| row.wrong_ids.is_some_and(|n| n > 0));
     match sections.iter().find(|section| has_wrong(section)) {
         None => Ok(()),
-        Some(section) => Err(Error::new(Place::default(), format!("{}: pixels show wrong primitives", section.title)).into()),
+        Some(section) => {
+            Err(Error::new(Place::default(), format!("{}: pixels show wrong primitives", section.title)).into())
+        }
     }
 }
 
@@ -282,7 +286,8 @@ impl Bench<'_> {
         };
         let mut engines = Engines::new(frame, Some(whole()), Some(peer))?;
         let agreement = peer::agreement(&mut engines, control)?;
-        let pixels = format!("{} of {} pixels differ by more than a thousandth of white", agreement.far, agreement.n_pixels);
+        let pixels =
+            format!("{} of {} pixels differ by more than a thousandth of white", agreement.far, agreement.n_pixels);
         if !agreement.holds() {
             let problem = Problem::new(Place::default(), "POV-Ray shows another picture, and its times mean nothing");
             let error = Error::from(problem.found(format!("of samples in the centres of pixels {pixels}")));
@@ -303,7 +308,9 @@ impl Bench<'_> {
         let settings = &loaded.plan.settings;
         let (grids, antialiasing) = match &self.asked {
             Some(asked) => (asked.grids.clone(), asked.antialiasing.clone()),
-            None => (grid::default_grids(loaded.scene.world.n_prims(), settings.max_depth), grid::default_antialiasing()),
+            None => {
+                (grid::default_grids(loaded.scene.world.n_prims(), settings.max_depth), grid::default_antialiasing())
+            }
         };
         grid::ways(&grids, if has_peer { &antialiasing } else { &[] })
     }

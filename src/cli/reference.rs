@@ -81,7 +81,12 @@ impl Loaded {
     ///
     /// # Errors
     /// Wrong usage, bad input, too little memory.
-    pub fn new(input: Option<&Path>, frame: &FrameArgs, accel: Option<AccelArg>, bvh: Option<BvhArg>) -> Result<Loaded, Failure> {
+    pub fn new(
+        input: Option<&Path>,
+        frame: &FrameArgs,
+        accel: Option<AccelArg>,
+        bvh: Option<BvhArg>,
+    ) -> Result<Loaded, Failure> {
         let args = super::args::RenderArgs { accel, bvh, ..frame.render_args(input) };
         plan::check(&args)?;
         let scene = files::load(input, &plan::overrides(&args))?;

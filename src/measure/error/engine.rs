@@ -14,8 +14,8 @@ use super::setting::{Amount, Setting, Way, sampler_name};
 use crate::accel::{Accel, AccelKind, Mode, Preset};
 use crate::error::{Error, Place};
 use crate::film::{Film, read_image};
-use crate::measure::throughput::report::Spread;
 use crate::measure::process::{Ended, run};
+use crate::measure::throughput::report::Spread;
 use crate::render::{self, Control, Counts};
 use crate::simd::Isa;
 
@@ -95,7 +95,9 @@ impl<'a> Engines<'a> {
     pub fn render(&mut self, way: &Way, seed: u64, control: &Control) -> Result<Shot, Ended> {
         match (way, &self.whole, &self.peer) {
             (Way::Flatray(setting), None, _) => self.render_here(setting, seed, control),
-            (Way::Flatray(setting), Some((program, folder)), _) => program.render(folder.path(), setting, seed, control),
+            (Way::Flatray(setting), Some((program, folder)), _) => {
+                program.render(folder.path(), setting, seed, control)
+            }
             (Way::Povray(antialiasing), _, Some(peer)) => {
                 let (film, seconds) = peer.render(antialiasing, control)?;
                 Ok(Shot { film, seconds, rays: None, camera_rays: None, rmse_estimate: None })
@@ -163,7 +165,8 @@ impl<'a> Engines<'a> {
 
 /// A folder for files that are read back at once.
 fn folder() -> Result<TempDir, Error> {
-    tempfile::tempdir().map_err(|error| Error::new(Place::default(), format!("cannot make a temporary folder: {error}")))
+    tempfile::tempdir()
+        .map_err(|error| Error::new(Place::default(), format!("cannot make a temporary folder: {error}")))
 }
 
 impl Program {

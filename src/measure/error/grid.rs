@@ -95,7 +95,8 @@ pub fn default_grids(n_prims: usize, max_depth: u32) -> Vec<Grid> {
 impl Grid {
     /// Number of combinations.
     pub fn len(&self) -> usize {
-        let lengths = [self.max_depths.len(), self.cutoffs.len(), self.accels.len(), self.presets.len(), self.isas.len()];
+        let lengths =
+            [self.max_depths.len(), self.cutoffs.len(), self.accels.len(), self.presets.len(), self.isas.len()];
         let amounts = self.samples.len().saturating_mul(self.samplers.len().max(1)).saturating_add(self.errors.len());
         lengths.into_iter().map(|length| length.max(1)).fold(amounts, usize::saturating_mul)
     }

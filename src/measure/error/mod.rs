@@ -120,13 +120,7 @@ fn key_of(engines: &Engines, reference: &Reference) -> String {
 fn run_of(shot: &Shot, reference: &Reference) -> Result<Run, Ended> {
     let Shot { film, seconds, rays, camera_rays, rmse_estimate } = shot;
     let figures = Figures::of(film, &reference.film)?;
-    Ok(Run {
-        seconds: *seconds,
-        rays: *rays,
-        camera_rays: *camera_rays,
-        rmse_estimate: *rmse_estimate,
-        figures,
-    })
+    Ok(Run { seconds: *seconds, rays: *rays, camera_rays: *camera_rays, rmse_estimate: *rmse_estimate, figures })
 }
 
 /// Wrong ids of each way, where they can be known, and pixels judged.
@@ -156,7 +150,9 @@ fn wrong_ids(engines: &mut Engines, ways: &[Way]) -> (Vec<Option<u64>>, usize) {
 /// What the reader should know of the errors that are asked for.
 fn notes(ways: &[Way], reference: &Reference) -> Vec<String> {
     let least = reference.least();
-    let below = |name: String| format!("{name} is below three floors of the reference, {least:.1e}, where no error can be told");
+    let below = |name: String| {
+        format!("{name} is below three floors of the reference, {least:.1e}, where no error can be told")
+    };
     let targets = ways.iter().filter(|way| way.target().is_some_and(|target| target < least));
     let told = TARGETS.into_iter().filter(|&target| target < least);
     let told = told.map(|target| below(format!("an error of {target:e}")));

@@ -163,8 +163,10 @@ fn slopes(report: &Report, body: &mut String) {
         return;
     }
     body.push_str("<p>Slopes of the logarithm of error over that of samples, by least squares: ");
-    let text: Vec<String> =
-        slopes.iter().map(|slope| format!("{} {:.2} ({} points)", escaped(&slope.family), slope.slope, slope.n_points)).collect();
+    let text: Vec<String> = slopes
+        .iter()
+        .map(|slope| format!("{} {:.2} ({} points)", escaped(&slope.family), slope.slope, slope.n_points))
+        .collect();
     let _ = write!(body, "{}.</p>", text.join(", "));
 }
 
@@ -211,7 +213,8 @@ fn images(shown: &[Shown], body: &mut String) {
          {most}, by its logarithm.</p>"
     );
     for Shown { title, caption, image, error } in shown {
-        let picture = |png: &[u8], what: &str| format!("<img alt=\"{what}\" src=\"data:image/png;base64,{}\">", base64(png));
+        let picture =
+            |png: &[u8], what: &str| format!("<img alt=\"{what}\" src=\"data:image/png;base64,{}\">", base64(png));
         let error = error.as_ref().map_or_else(String::new, |png| picture(png, "its errors"));
         let _ = write!(
             body,

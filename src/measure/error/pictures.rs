@@ -36,7 +36,12 @@ pub const ERROR_RANGE: [f64; 2] = [1e-4, 1.0];
 ///
 /// # Errors
 /// A stop, or a process that fails.
-pub fn take(engines: &mut Engines, reference: &Reference, report: &Report, control: &Control) -> Result<Vec<Shown>, Ended> {
+pub fn take(
+    engines: &mut Engines,
+    reference: &Reference,
+    report: &Report,
+    control: &Control,
+) -> Result<Vec<Shown>, Ended> {
     let image = png_of_image(&reference.film);
     let caption = format!("{} samples a pixel and more; floor {:.1e}", reference.samples, reference.floor);
     let mut shown = vec![Shown { title: "reference".to_owned(), caption, image, error: None }];
@@ -54,7 +59,8 @@ pub fn take(engines: &mut Engines, reference: &Reference, report: &Report, contr
 }
 
 fn at_one_cost(report: &Report) -> Vec<&Row> {
-    let front = || report.rows.iter().filter(|row| row.on_front).map(|row| row.seconds.median.max(f64::MIN_POSITIVE).ln());
+    let front =
+        || report.rows.iter().filter(|row| row.on_front).map(|row| row.seconds.median.max(f64::MIN_POSITIVE).ln());
     let middle = 0.5 * (front().fold(f64::INFINITY, f64::min) + front().fold(f64::NEG_INFINITY, f64::max));
     let distance = |row: &Row| (row.seconds.median.max(f64::MIN_POSITIVE).ln() - middle).abs();
     let mut chosen: Vec<&Row> = Vec::new();
@@ -156,7 +162,8 @@ mod tests {
 
     #[test]
     fn base_64_is_that_of_the_standards_test_vectors() {
-        let vectors = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")];
+        let vectors =
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")];
         for (text, encoded) in vectors {
             assert_eq!(base64(text.as_bytes()), encoded);
         }
@@ -166,7 +173,8 @@ mod tests {
     #[test]
     fn wide_images_are_averaged_and_errors_coloured_by_their_logarithm() {
         let film = |value: f32, width_px: u32| {
-            let planes = ["R", "G", "B"].map(|name| Plane::color(name, Samples::F32(vec![value; 2 * width_px as usize])));
+            let planes =
+                ["R", "G", "B"].map(|name| Plane::color(name, Samples::F32(vec![value; 2 * width_px as usize])));
             Film { width_px, height_px: 2, data_window: Region::whole(width_px, 2), planes: planes.into() }
         };
         let decode = |bytes: &[u8]| png::decode(bytes, None, std::path::Path::new("memory")).unwrap();

@@ -126,14 +126,25 @@ impl Plot<'_> {
             let at = x(value);
             let _ = write!(svg, "<path d=\"M{at:.1} {TOP}V{bottom}\" stroke=\"{}\"/>", color(is_named));
             if is_named {
-                let _ = write!(svg, "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>", bottom + 17.0, short(value));
+                let _ = write!(
+                    svg,
+                    "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+                    bottom + 17.0,
+                    short(value)
+                );
             }
         }
         for (value, is_named) in y_axis.ticks() {
             let at = y(value);
             let _ = write!(svg, "<path d=\"M{LEFT} {at:.1}H{right}\" stroke=\"{}\"/>", color(is_named));
             if is_named {
-                let _ = write!(svg, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>", LEFT - 6.0, at + 4.0, short(value));
+                let _ = write!(
+                    svg,
+                    "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                    LEFT - 6.0,
+                    at + 4.0,
+                    short(value)
+                );
             }
         }
         let (middle_x, middle_y) = (0.5 * (LEFT + right), 0.5 * (TOP + bottom));

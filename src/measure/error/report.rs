@@ -346,7 +346,8 @@ mod tests {
         let hundredth = report.reaches().into_iter().find(|reach| reach.by == "sobol" && reach.rmse == 1e-2).unwrap();
         assert!((hundredth.seconds.unwrap() - 0.1).abs() < 1e-12, "{hundredth:?}");
         assert_eq!(hundredth.setting.as_deref(), Some("sobol 32"));
-        let tenth = report.allowed().into_iter().find(|allowed| allowed.seconds == 0.1 && allowed.by == "sobol").unwrap();
+        let tenth =
+            report.allowed().into_iter().find(|allowed| allowed.seconds == 0.1 && allowed.by == "sobol").unwrap();
         assert!((tenth.rmse.unwrap() - 0.01).abs() < 1e-12, "{tenth:?}");
         // A target below three floors is not among them.
         assert!(report.reaches().iter().all(|reach| reach.rmse >= report.least));

@@ -16,7 +16,8 @@ use crate::simd::Isa;
 const MAX_BYTES: usize = 1 << 20;
 const MAX_WAYS: usize = 10_000;
 
-const TARGET: NumberRule = NumberRule { expected: "root mean square errors from 1e-6 to 1", holds: |x| (1e-6..=1.0).contains(&x) };
+const TARGET: NumberRule =
+    NumberRule { expected: "root mean square errors from 1e-6 to 1", holds: |x| (1e-6..=1.0).contains(&x) };
 const CUTOFF: NumberRule = NumberRule { expected: "radiances from 0 to 1", holds: |x| (0.0..=1.0).contains(&x) };
 const THRESHOLD: NumberRule = NumberRule { expected: "thresholds above 0, at most 3", holds: |x| x > 0.0 && x <= 3.0 };
 
@@ -39,9 +40,8 @@ pub fn read(path: &Path) -> Result<Asked, Error> {
         let problem = Problem::new(Place::file(path), "the file of settings is too long");
         return Err(problem.found(format!("{} bytes", bytes.len())).expected(format!("at most {MAX_BYTES}")).into());
     }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        Error::new(Place::byte(path, error.utf8_error().valid_up_to() as u64), "not UTF-8 text")
-    })?;
+    let text = String::from_utf8(bytes)
+        .map_err(|error| Error::new(Place::byte(path, error.utf8_error().valid_up_to() as u64), "not UTF-8 text"))?;
     parse(&text, path)
 }
 
@@ -88,7 +88,10 @@ fn grid(mut table: Table<'_>) -> Grid {
         table.require("samples", "samples per pixel, or `error`, errors to reach");
     }
     if let Some(missing) = grid.isas.iter().find(|isa| !isa.is_available()) {
-        table.mistake("isa", Problem::new(Place::default(), "this processor lacks an instruction set").found(missing.name()));
+        table.mistake(
+            "isa",
+            Problem::new(Place::default(), "this processor lacks an instruction set").found(missing.name()),
+        );
     }
     table.finish();
     grid
@@ -132,7 +135,10 @@ mod tests {
                     [[grid]]\nerror = 1e-3\nbvh = [\"high\"]\n[[povray]]\ngrid = 3\nthreshold = [0.1, 0.01]\ndepth = [3]\n";
         let asked = parse(text, Path::new("s.toml")).unwrap();
         let first = &asked.grids[0];
-        assert_eq!((first.samples.as_slice(), first.samplers.as_slice()), (&[4, 16][..], &[Sampler::Sobol, Sampler::Jitter][..]));
+        assert_eq!(
+            (first.samples.as_slice(), first.samplers.as_slice()),
+            (&[4, 16][..], &[Sampler::Sobol, Sampler::Jitter][..])
+        );
         assert_eq!((first.cutoffs.as_slice(), asked.grids[1].errors.as_slice()), (&[0.0, 1e-3][..], &[1e-3][..]));
         let adaptive = |threshold| Antialiasing::Adaptive { threshold, depth: 3 };
         assert_eq!(asked.antialiasing, [Antialiasing::Uniform { grid: 3 }, adaptive(0.1), adaptive(0.01)]);
@@ -140,8 +146,11 @@ mod tests {
 
     #[test]
     fn mistakes_are_told_by_line_and_column() {
-        let unknown = wrong("[[grid]]\nsamples = [4]\nsamplers = [\"sobol\"]\n");
-        assert!(unknown.contains("s.toml:3:1: grid[0].samplers: unknown key") && unknown.contains("`sampler`"), "{unknown}");
+        let unknown = wrong("[[grid]]\nsamples = [4]\nmax_deph = [2]\n");
+        assert!(
+            unknown.contains("s.toml:3:1: grid[0].max_deph: unknown key") && unknown.contains("`max_depth`"),
+            "{unknown}"
+        );
         let range = wrong("[[grid]]\nsamples = [4, 0]\n");
         assert!(range.contains("s.toml:2:15: grid[0].samples[1]: value out of range: found 0"), "{range}");
         assert!(wrong("[[grid]]\nerror = [2.0]\n").contains("grid[0].error[0]"));
