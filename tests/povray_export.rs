@@ -85,8 +85,10 @@ fn balls_at_many_samples_agree_to_a_thousandth() {
     let settings = Settings { samples: 1024, sampler: Sampler::Sobol, ..center_settings(&scene.camera) };
     let ours = render_world(&scene.world, &scene.camera, &settings).film;
     let rmse = |how| compare(&ours, &rendered(&program, &scene, &settings, how).unwrap()).unwrap().rmse;
-    let (few, many) = (rmse(Antialiasing::Uniform { grid: 4 }), rmse(Antialiasing::Uniform { grid: 20 }));
-    assert!(many <= 1e-3 && many < few, "{few:e}, then {many:e}");
-    let adaptive = rmse(Antialiasing::Adaptive { threshold: 0.001, depth: 6 });
-    assert!(adaptive < few, "{adaptive:e}");
+    // 16 and 81 samples; the more, the closer, as jittered samples are.
+    let (few, many) = (rmse(Antialiasing::Uniform { grid: 4 }), rmse(Antialiasing::Uniform { grid: 9 }));
+    assert!(few <= 1e-2 && many <= 0.5 * few, "{few:e}, then {many:e}");
+    // Up to 16,641 samples in a pixel.
+    let most = rmse(Antialiasing::Adaptive { threshold: 1e-4, depth: 7 });
+    assert!(most <= 1e-3, "{most:e}");
 }

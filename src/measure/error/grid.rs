@@ -110,7 +110,8 @@ impl Grid {
 /// POV-Ray's ways, unless a file says otherwise.
 pub fn default_antialiasing() -> Vec<Antialiasing> {
     let uniform = [1, 2, 3, 4, 6, 9].map(|grid| Antialiasing::Uniform { grid });
-    let adaptive = [(0.3, 2), (0.3, 3), (0.1, 3), (0.1, 4), (0.03, 3), (0.03, 4), (0.01, 4), (0.01, 5), (0.003, 6)];
+    let adaptive =
+        [(0.3, 2), (0.3, 3), (0.1, 3), (0.1, 4), (0.01, 3), (0.01, 4), (1e-3, 4), (1e-3, 5), (1e-4, 6), (1e-4, 7)];
     let adaptive = adaptive.map(|(threshold, depth)| Antialiasing::Adaptive { threshold, depth });
     uniform.into_iter().chain(adaptive).collect()
 }

@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::setting::SAMPLERS;
 use crate::accel::{AccelKind, Preset};
 use crate::error::{Error, Place, Problem};
-use crate::measure::povray::Antialiasing;
+use crate::measure::povray::{self, Antialiasing};
 use crate::scene::report::Report;
 use crate::scene::toml::{Table, walk};
 use crate::scene::validate::NumberRule;
@@ -105,9 +105,10 @@ fn whole(table: &mut Table<'_>, key: &'static str, range: std::ops::RangeInclusi
 }
 
 fn antialiasing(mut table: Table<'_>) -> Vec<Antialiasing> {
-    let grids = whole(&mut table, "grid", 1..=32, "whole numbers from 1 to 32, samples along an edge of the pixel");
+    const MAX: u64 = povray::MAX_DEPTH as u64;
+    let grids = whole(&mut table, "grid", 1..=MAX, "whole numbers from 1 to 9, samples along an edge of the pixel");
     let thresholds = table.numbers("threshold", &THRESHOLD).unwrap_or_default();
-    let depths = whole(&mut table, "depth", 1..=9, "whole numbers from 1 to 9, how often a pixel is halved");
+    let depths = whole(&mut table, "depth", 1..=MAX, "whole numbers from 1 to 9, how often a pixel is halved");
     if table.has("threshold") != table.has("depth") {
         table.require("threshold", "thresholds of adaptive antialiasing, beside `depth`");
         table.require("depth", "how often a pixel is halved, beside `threshold`");

@@ -15,16 +15,16 @@ pub mod program;
 /// How POV-Ray spreads its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Antialiasing {
-    /// `grid`² jittered samples in every pixel (`+AM1 +A0.0 +Rn`); one sample is the pixel's centre, without antialiasing.
+    /// `grid`² jittered samples in every pixel (`+AM1 +A0.0 +Rn +J1.0`); one sample is the pixel's centre, without antialiasing.
     Uniform {
-        /// Samples along an edge of the pixel.
+        /// Samples along an edge of the pixel, from 1 to [`MAX_DEPTH`].
         grid: u32,
     },
-    /// Pixels are halved where their corners differ by more than a threshold (`+AM2 +At +Rn`).
+    /// Pixels are halved where their corners differ by more than a threshold (`+AM2 +At +Rn +J1.0`).
     Adaptive {
         /// Sum of the differences of red, green and blue.
         threshold: f64,
-        /// How often a pixel is halved at most, from 1 to 9.
+        /// How often a pixel is halved at most, from 1 to [`MAX_DEPTH`].
         depth: u32,
     },
 }
@@ -56,18 +56,32 @@ impl Antialiasing {
 
     /// The options of the program.
     pub fn options(&self) -> Vec<String> {
-        // Differences are judged, and samples averaged, in linear light.
+        // A whole number would not be understood as a threshold. Differences are judged, and samples averaged, in linear light.
         let common = |method: &str, threshold: f64, depth: u32| {
-            // A whole number would not be understood as a threshold.
-            let threshold = format!("+A{threshold:?}");
-            vec![method.to_owned(), threshold, format!("+R{depth}"), "Antialias_Gamma=1.0".to_owned()]
+            let options = [method, &format!("+A{threshold:?}"), &format!("+R{depth}"), "+J1.0", "Antialias_Gamma=1.0"];
+            options.map(str::to_owned).into()
         };
         match *self {
             Antialiasing::Uniform { grid: 1 } => vec!["-A".to_owned(), "-J".to_owned()],
-            Antialiasing::Uniform { grid } => [common("+AM1", 0.0, grid), vec!["+J1.0".to_owned()]].concat(),
-            Antialiasing::Adaptive { threshold, depth } => {
-                [common("+AM2", threshold, depth), vec!["-J".to_owned()]].concat()
-            }
+            Antialiasing::Uniform { grid } => common("+AM1", 0.0, grid),
+            Antialiasing::Adaptive { threshold, depth } => common("+AM2", threshold, depth),
         }
+    }
+}
+
+/// The largest grid and depth: POV-Ray takes what is above for it, without a word.
+pub const MAX_DEPTH: u32 = 9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_written_as_povray_reads_them() {
+        let options = |antialiasing: Antialiasing| antialiasing.options().join(" ");
+        assert_eq!(options(Antialiasing::Uniform { grid: 1 }), "-A -J");
+        assert_eq!(options(Antialiasing::Uniform { grid: 3 }), "+AM1 +A0.0 +R3 +J1.0 Antialias_Gamma=1.0");
+        let adaptive = Antialiasing::Adaptive { threshold: 1.0, depth: 4 };
+        assert_eq!(options(adaptive), "+AM2 +A1.0 +R4 +J1.0 Antialias_Gamma=1.0");
     }
 }
