@@ -69,7 +69,7 @@ fn every_scene_shows_the_same_or_says_what_cannot_be_expressed() {
         // Half a step of a 16-bit picture and some roundings; a few pixels have an edge through their centre.
         let step = WHITE / 65_535.0;
         if name == "triangles" {
-            // Its smooth triangle has normals that lean away from the viewer at its sides, which POV-Ray turns.
+            // The normals of its smooth triangle are up to 90° apart, and POV-Ray interpolates them a little otherwise.
             assert!(n_beyond(4e-3, &ours, &theirs) == 0 && n_beyond(1e-3, &ours, &theirs) <= 60, "{name}");
         } else {
             let n_far = n_beyond(0.51 * step, &ours, &theirs);

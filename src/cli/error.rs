@@ -200,7 +200,8 @@ impl Bench<'_> {
     /// Measures one scene.
     fn one(&self, input: Option<&Path>, partial: &mut Partial) -> Result<(Section, Value), Failure> {
         let started = Instant::now();
-        let title = input.map_or_else(|| "built-in scene".to_owned(), terminal::shown);
+        let name = input.and_then(Path::file_name).map(Path::new);
+        let title = name.map_or_else(|| "built-in scene".to_owned(), terminal::shown);
         let loaded = Loaded::new(input, &self.args.frame, None, None)?;
         let reference = self.reference(&loaded)?;
         let control = Control::default();
@@ -221,7 +222,7 @@ impl Bench<'_> {
             let about = throughput_text::about(&loaded.scene.world);
             terminal::print(&(error_text::tables(&title, &about, &report) + "\n"))?;
             let mut scene = report.to_json();
-            scene["input"] = title.as_str().into();
+            scene["input"] = input.map_or_else(|| title.clone(), terminal::shown).into();
             scene["seconds"] = started.elapsed().as_secs_f64().into();
             Ok((Section { title: title.clone(), about, report, shown }, scene))
         })

@@ -278,7 +278,9 @@ impl Report {
 fn round_times(rows: &[Row]) -> Vec<f64> {
     let seconds = || rows.iter().map(|row| row.seconds.median);
     let (fastest, slowest) = (seconds().fold(f64::INFINITY, f64::min), seconds().fold(0.0, f64::max));
-    let times = (-4..5).flat_map(|power| [1.0, 3.0].map(|digit| digit * 10f64.powi(power)));
+    // The doubles nearest to the decimals, which products are not.
+    let decimal = |text: String| text.parse().unwrap_or(0.0);
+    let times = (-4..5).flat_map(|power| [1, 3].map(|digit| decimal(format!("{digit}e{power}"))));
     times.filter(|time| (fastest..=slowest).contains(time)).collect()
 }
 
