@@ -181,6 +181,6 @@ mod tests {
         let wide = decode(&png_of_image(&film(0.5, 900)));
         assert_eq!((wide.film.width_px, wide.film.height_px), (300, 1));
         let error = |value: f32| decode(&png_of_error(&film(value, 4), &film(0.0, 4))).rgb8.unwrap()[0];
-        assert_eq!((error(0.0), error(1.0), error(0.01)), (sequential(0.0), sequential(1.0), sequential(0.5)));
+        assert_eq!((error(0.0), error(1.0), error(0.1)), (sequential(0.0), sequential(1.0), sequential(0.75)));
     }
 }
