@@ -119,6 +119,8 @@ pub enum Command {
     Stress(super::stress::Args),
     /// Measure speed
     Bench(super::bench::Args),
+    /// Render an image that others are judged by
+    Reference(Box<super::reference::Args>),
 }
 
 /// Arguments of `flatray render`.

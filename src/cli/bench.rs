@@ -1,7 +1,7 @@
 //! `flatray bench`: one file per benchmark.
 
 use super::failure::Failure;
-use super::throughput;
+use super::{error, throughput};
 
 /// Arguments of `flatray bench`.
 #[derive(clap::Args, Clone, Debug)]
@@ -16,6 +16,8 @@ pub struct Args {
 pub enum Benchmark {
     /// Rays per second, build time and memory, beside Embree's if asked for
     Throughput(Box<throughput::Args>),
+    /// Run time against error, beside POV-Ray's if asked for
+    Error(Box<error::Args>),
 }
 
 /// Runs the command.
@@ -25,5 +27,6 @@ pub enum Benchmark {
 pub fn run(args: &Args) -> Result<(), Failure> {
     match &args.benchmark {
         Benchmark::Throughput(args) => throughput::run(args),
+        Benchmark::Error(args) => error::run(args),
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! | room | does |
 //! |---|---|
-//! | `args`, `aov_args`, `exr_args`, `picture_args`, `value` | what may be said, and how it is read |
-//! | `render`, `info`, `diff`, `tonemap`, `merge`, `stress`, `bench` | one command each; `throughput` is one of `bench` |
+//! | `args`, `aov_args`, `exr_args`, `frame_args`, `picture_args`, `value` | what may be said, and how it is read |
+//! | `render`, `info`, `diff`, `tonemap`, `merge`, `stress`, `bench`, `reference` | one command each; `throughput` and `error` are of `bench` |
 //! | `plan`, `budget`, `output`, `heatmap`, `exr_attributes` | what a render will do and write, settled before it starts |
-//! | `progress`, `stats`, `info_text`, `throughput_text`, `quantity` | what is shown |
+//! | `progress`, `watch`, `stats`, `info_text`, `throughput_text`, `error_text`, `quantity` | what is shown |
 //! | `diagnostic`, `terminal` | how problems look, and where text goes |
 //! | `files` | where the library reads and writes files |
 //! | `interrupt`, `memory` | signals, and what the machine has |
@@ -17,10 +17,13 @@ mod bench;
 mod budget;
 mod diagnostic;
 mod diff;
+mod error;
+mod error_text;
 mod exr_args;
 mod exr_attributes;
 mod failure;
 mod files;
+mod frame_args;
 mod heatmap;
 mod info;
 mod info_text;
@@ -32,6 +35,7 @@ mod picture_args;
 mod plan;
 mod progress;
 mod quantity;
+mod reference;
 mod render;
 mod stats;
 mod stress;
@@ -40,6 +44,7 @@ mod throughput;
 mod throughput_text;
 mod tonemap;
 mod value;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -60,6 +65,7 @@ pub fn main() -> ExitCode {
         Ok(Cli { command: Some(Command::Merge(args)) }) => (merge::run(&args), "nothing was written"),
         Ok(Cli { command: Some(Command::Stress(args)) }) => (stress::run(&args), "nothing was tested"),
         Ok(Cli { command: Some(Command::Bench(args)) }) => (bench::run(&args), "nothing was measured"),
+        Ok(Cli { command: Some(Command::Reference(args)) }) => (reference::run(&args), "nothing was rendered"),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -17,11 +17,11 @@ mod geometry;
 mod named_quadric;
 mod object;
 mod placement;
-mod report;
+pub(crate) mod report;
 mod smoothing;
-mod toml;
+pub(crate) mod toml;
 pub mod transform;
-mod validate;
+pub(crate) mod validate;
 
 use std::fs::File;
 use std::io::Read;

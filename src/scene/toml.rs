@@ -165,6 +165,52 @@ impl<'t> Table<'t> {
         }
     }
 
+    /// Whole numbers in a range, as one or as an array.
+    pub fn integers(
+        &mut self,
+        key: &'static str,
+        range: std::ops::RangeInclusive<u64>,
+        expected: &str,
+    ) -> Option<Vec<u64>> {
+        let read = |value: &Value, path: &str| match value.get_ref() {
+            DeValue::Integer(integer) => {
+                let read = u64::from_str_radix(integer.as_str(), integer.radix()).ok().filter(|n| range.contains(n));
+                if read.is_none() {
+                    let problem = Problem::new(Place::default(), "value out of range");
+                    let problem = problem.found(self.report.excerpt(&value.span())).expected(expected);
+                    self.report.mistake(&value.span(), path, problem);
+                }
+                read
+            }
+            _ => {
+                self.report.mistake(&value.span(), path, wrong_type(value, expected, self.report));
+                None
+            }
+        };
+        let numbers = self.one_or_several(key, read);
+        self.asked.push(key);
+        numbers
+    }
+
+    /// Numbers that each keep a rule, as one or as an array.
+    pub fn numbers(&mut self, key: &'static str, rule: &NumberRule) -> Option<Vec<f64>> {
+        self.asked.push(key);
+        self.one_or_several(key, |value, path| number_of(value, &|| path.to_owned(), rule, self.report))
+    }
+
+    /// The elements of an array, or the one value; all are read, so that every mistake is recorded.
+    fn one_or_several<T>(&self, key: &str, read: impl Fn(&Value, &str) -> Option<T>) -> Option<Vec<T>> {
+        let value = self.entries.get(key)?;
+        let path = self.path_of(key);
+        let all: Vec<Option<T>> = match value.get_ref() {
+            DeValue::Array(array) => {
+                array.iter().enumerate().map(|(row, value)| read(value, &format!("{path}[{row}]"))).collect()
+            }
+            _ => vec![read(value, &path)],
+        };
+        all.into_iter().collect()
+    }
+
     /// `true` or `false`.
     pub fn flag(&mut self, key: &'static str) -> Option<bool> {
         let value = self.ask(key)?;

@@ -34,7 +34,7 @@ use std::io;
 pub use attributes::ExrAttributes;
 pub use encoder::{Encoder, write};
 pub use options::{ColorType, ExrCompression, ExrLayout, ExrOptions, ExrParts};
-pub use read::{decode, read};
+pub use read::{decode, read, read_attributes};
 
 /// The first bytes of every EXR file.
 pub const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];

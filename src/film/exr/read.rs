@@ -4,10 +4,11 @@ use std::path::Path;
 
 use ::exr::block::UncompressedBlock;
 use ::exr::math::Vec2;
-use ::exr::meta::attribute::SampleType;
+use ::exr::meta::attribute::{AttributeValue, SampleType};
 use ::exr::meta::header::Header;
 use ::exr::prelude::f16;
 
+use super::ExrAttributes;
 use super::chunk::Contents;
 use crate::error::{Error, Place, Problem};
 use crate::film::read::{filled, read_bytes};
@@ -39,6 +40,32 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<Film, Error> {
         copy_block(&block?, header, &crop, &mut film);
     }
     Ok(film)
+}
+
+/// What the header of a file says of its colour image in texts and whole numbers of its own; the rest is left at its defaults.
+/// In the order of their names.
+///
+/// # Errors
+/// As [`read`], as far as headers go.
+pub fn read_attributes(path: impl AsRef<Path>) -> Result<ExrAttributes, Error> {
+    let path = path.as_ref();
+    let bytes = read_bytes(path)?;
+    let contents = Contents::open(&bytes, path, false)?;
+    let header = &contents.headers()[choose_part(contents.headers(), path)?];
+    let mut attributes = ExrAttributes::default();
+    for (name, value) in &header.own_attributes.other {
+        let name = String::from_utf8_lossy(name.as_slice()).into_owned();
+        match value {
+            AttributeValue::Text(text) => {
+                attributes.texts.push((name, String::from_utf8_lossy(text.as_slice()).into_owned()));
+            }
+            AttributeValue::I32(number) => attributes.numbers.push((name, *number)),
+            _ => {}
+        }
+    }
+    attributes.texts.sort();
+    attributes.numbers.sort();
+    Ok(attributes)
 }
 
 fn choose_part(headers: &[Header], path: &Path) -> Result<usize, Error> {

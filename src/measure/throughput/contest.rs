@@ -222,7 +222,7 @@ impl<'a> Contest<'a> {
 }
 
 /// The numbers below `n` in another order for each repeat.
-fn shuffled(n: usize, repeat: usize) -> Vec<usize> {
+pub(in crate::measure) fn shuffled(n: usize, repeat: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| {
         let key = |index: usize| hash_unit((repeat as u64) << 32 | index as u64);
