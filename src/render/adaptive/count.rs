@@ -1,4 +1,4 @@
-//! The samples that count: in every leaf a pair that mirrors itself in the leaf's middle, at a random place, and in one leaf in four a second, independent of the first. The difference between the two tells what error one has.
+//! The samples that count: in every leaf a pair that mirrors itself in the leaf's middle, at a random place, and in every other leaf a second, independent of the first. The difference between the two tells what error one has.
 //!
 //! Each sample is uniform over its leaf, whatever the division, so that the expected value of a pixel is its integral. A pair has
 //! no error from what is linear over a leaf, and half the variance of two independent samples where a straight edge crosses it.
@@ -19,7 +19,7 @@ use crate::render::trace::{BATCH_RAYS, Wavefront};
 use crate::world::Ray;
 
 /// One in so many leaves has a second pair.
-pub const ONE_IN: u64 = 4;
+pub const ONE_IN: u64 = 2;
 
 /// What the seed is mixed with, so that what counts is independent of what decides.
 const COUNTING: u64 = 0x636f_756e;
