@@ -65,9 +65,9 @@ mod tests {
 
     #[test]
     fn costs_are_the_colors_of_the_map_in_the_file_and_outliers_are_clamped() {
-        let mut nodes = vec![0; 3000];
-        let mut leaves = vec![7; 3000];
-        // Three of three thousand are the outliers.
+        let mut nodes = vec![0; 4000];
+        let mut leaves = vec![7; 4000];
+        // Three of four thousand are the outliers.
         nodes[..3].fill(1_000_000);
         (leaves[4], leaves[5]) = (4, 0);
         nodes[3] = 1;
