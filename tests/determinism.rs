@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::film::output::Format;
 use flatray::film::{Display, EncodeOptions, Encoder, Film, Picture, Region, Rows};
-use flatray::render::{Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
+use flatray::render::{Aov, Control, Rendered, Sampler, Settings, Stopped, n_tiles, new_film, render, render_into};
 use flatray::scene::{Compiled, Overrides, load_text};
 use flatray::simd::Isa;
 use world_kit::course::course_settings;
-use world_kit::layers::all_layers;
+use world_kit::layers::{all_layers, layers};
 use world_kit::scenes::{load_scene, scene_names};
 use world_kit::settings::center_settings;
 
@@ -78,6 +78,10 @@ fn instruction_sets_modes_and_presets_do_not_show_in_the_bits_of_any_scene() {
     }
 }
 
+fn all_but_cost() -> Vec<Aov> {
+    Aov::ALL.into_iter().filter(|&aov| aov != Aov::Cost).collect()
+}
+
 #[test]
 fn trees_of_mirrored_and_refracted_rays_have_the_same_bits_on_any_threads_and_tiles() {
     let text = "[render]\nmax_depth = 12\nbackground = [0.3, 0.5, 0.9]\ntwo_sided = true\n\
@@ -101,8 +105,10 @@ fn trees_of_mirrored_and_refracted_rays_have_the_same_bits_on_any_threads_and_ti
     for mode in Mode::ALL {
         assert_same(&shoot(&scene, &accel.clone().with_mode(mode), &settings), &reference, &format!("{mode:?}"));
     }
+    // The full scan costs something else.
+    let settings = Settings { aovs: layers(&scene, &all_but_cost()), ..settings };
     let linear = Accel::build(&scene.world, AccelKind::Linear);
-    assert_same(&shoot(&scene, &linear, &settings), &reference, "the full scan");
+    assert_same(&shoot(&scene, &linear, &settings), &shoot(&scene, &accel, &settings), "the full scan");
 }
 
 #[test]

@@ -326,7 +326,7 @@ fn the_header_says_what_was_rendered_and_the_time_only_when_asked() {
         b"flatray/scene\0string\0\x0b\0\0\0sphere.toml".as_slice(),
         b"flatray/samples\0int\0\x04\0\0\0\x03\0\0\0",
         b"flatray/seed\0string\0\x14\0\0\x0018446744073709551615",
-        b"flatray/sampler\0string\0\x06\0\0\0jitter",
+        b"flatray/sampler\0string\0\x05\0\0\0sobol",
         b"colorInteropID\0string\0\x10\0\0\0lin_rec709_scene",
         b"worldToCamera\0m44f\0\x40\0\0\0",
         b"worldToNDC\0m44f\0\x40\0\0\0",

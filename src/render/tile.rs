@@ -17,6 +17,7 @@ use crate::BARE;
 use crate::film::rows::{BAND_ROWS, Rows, RowsMut};
 use crate::film::{Film, Region};
 use crate::numeric::tally::take_exact_tests;
+use crate::world::Ray;
 
 /// What all workers share.
 pub struct Job<'a> {
@@ -202,31 +203,9 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
         if job.control.stop.load(Ordering::Relaxed) {
             return Err(Stopped);
         }
-        // Each batch goes on where the last one ended.
-        let rays = wavefront.begin();
-        if LAYERED {
-            layers.begin_batch();
-        }
-        let (mut place, mut sample) = first;
-        while place < order.len() && rays.len() < BATCH_RAYS {
-            let index = order[place] as usize;
-            let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
-            while sample < n_samples && rays.len() < BATCH_RAYS {
-                // A single sample is the centre, whatever the pattern.
-                let (dx, dy) = if ONE_SAMPLE { (0.5, 0.5) } else { job.pattern.position(x, y, sample) };
-                rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
-                if LAYERED {
-                    layers.note_place(dx, dy);
-                }
-                sample += 1;
-            }
-            if sample == n_samples {
-                (place, sample) = (place + 1, 0);
-            }
-        }
-        let next = (place, sample);
+        let next = gather::<ONE_SAMPLE, LAYERED>(job, region, &order, first, wavefront.begin(), layers);
         let level = wavefront.trace(&job.scene, &job.control.stop)?;
-        (place, sample) = first;
+        let (mut place, mut sample) = first;
         for (ray, (radiance, hit)) in level.radiance.iter().zip(&level.hits).enumerate() {
             if LAYERED {
                 layers.add(order[place] as usize, level, ray, 1.0);
@@ -253,6 +232,40 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
         pixels.iter_mut().for_each(|sums| *sums = sums.map(|sum| sum / n_samples as f64));
     }
     Ok(())
+}
+
+/// Camera rays of the next batch, from the place in the order of pixels and the sample where the last one ended; where this one ends.
+#[inline(always)]
+fn gather<const ONE_SAMPLE: bool, const LAYERED: bool>(
+    job: &Job,
+    region: &Region,
+    order: &[u32],
+    (mut place, mut sample): (usize, usize),
+    rays: &mut Vec<Ray>,
+    layers: &mut Layers,
+) -> (usize, usize) {
+    let n_samples = if ONE_SAMPLE { 1 } else { job.pattern.n_samples() };
+    let width = region.width_px() as usize;
+    if LAYERED {
+        layers.begin_batch();
+    }
+    while place < order.len() && rays.len() < BATCH_RAYS {
+        let index = order[place] as usize;
+        let (x, y) = (region.x0 + (index % width) as u32, region.y0 + (index / width) as u32);
+        while sample < n_samples && rays.len() < BATCH_RAYS {
+            // A single sample is the centre, whatever the pattern.
+            let (dx, dy) = if ONE_SAMPLE { (0.5, 0.5) } else { job.pattern.position(x, y, sample) };
+            rays.push(job.camera.ray(f64::from(x) + dx, f64::from(y) + dy));
+            if LAYERED {
+                layers.note_place(dx, dy);
+            }
+            sample += 1;
+        }
+        if sample == n_samples {
+            (place, sample) = (place + 1, 0);
+        }
+    }
+    (place, sample)
 }
 
 #[cfg(test)]
