@@ -32,8 +32,10 @@ pub struct Refined {
 const EDGE_EXPONENT: f64 = 0.75;
 const EXPONENTS: (f64, f64) = (0.35, 1.2);
 
-/// Share of the target that a round aims at, so that few have to be repeated for a little.
+/// Share of the target that a round aims at, so that few have to be repeated for a little: of the whole image, by what the whole image
+/// told, and by what a few blocks told.
 const AIM: f64 = 0.95;
+const AIM_BY_BLOCKS: f64 = 0.9;
 
 /// The error falls by no more than this from one round to the next: a round then costs at most nine times as much, and what is
 /// told by the last is not stretched too far.
@@ -44,7 +46,7 @@ const MAX_ROUNDS: usize = 16;
 
 /// One block in so many is rendered first, or more of them, so that there are some.
 const MAX_ONE_IN: u32 = 8;
-const MIN_FIRST_BLOCKS: u64 = 16;
+const MIN_FIRST_BLOCKS: u64 = 8;
 
 /// The first blocks are not rendered once more if they have missed the target by no more than this.
 const NEAR: f64 = 1.3;
@@ -53,28 +55,45 @@ const NEAR: f64 = 1.3;
 const PROBE_SAMPLES: u32 = 8;
 const UNIFORM_EXPONENT: f64 = 0.75;
 
+/// If no more uniform samples than this meet the target, nothing else is tried: adaptive ones are four of every pixel before one is divided.
+const FEW_SAMPLES: u32 = 16;
+
 /// More samples than scene files may ask for are not taken.
 const MAX_SAMPLES: f64 = 65_536.0;
+
+/// The largest threshold: black and white are told apart.
+const MAX_THRESHOLD: f64 = 0.5;
 
 /// The threshold of the first round: that which would meet the target, were one pixel in two hundred crossed by an edge of
 /// contrast 1 (of 4/π·2ᵏ leaves at k divisions, with a variance of a sixth, halved by two samples), but no more than half.
 fn first_threshold(target_rmse: f64) -> f64 {
     let crossed = 1.0 / 200.0;
     let per_edge = crossed * 4.0 / std::f64::consts::PI / 12.0;
-    libm::pow(target_rmse * target_rmse / per_edge, 1.0 / (2.0 * EDGE_EXPONENT)).min(0.5)
+    libm::pow(target_rmse * target_rmse / per_edge, 1.0 / (2.0 * EDGE_EXPONENT)).min(MAX_THRESHOLD)
 }
 
-/// The threshold of the round after one of a threshold and an error, which may follow one that told how error falls.
-pub fn next_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
-    let Some(&(threshold, rmse)) = rounds.last() else { return first_threshold(target_rmse) };
-    let exponent = match rounds.len().checked_sub(2).map(|before| rounds[before]) {
-        Some((threshold_before, rmse_before)) if rmse > 0.0 && threshold < threshold_before => {
-            libm::log(rmse_before / rmse) / libm::log(threshold_before / threshold)
+/// The exponent with which error falls with the threshold, by the last two rounds if they tell.
+fn exponent(rounds: &[(f64, f64)]) -> f64 {
+    match *rounds {
+        [.., (before, rmse_before), (threshold, rmse)] if rmse > 0.0 && threshold < before => {
+            (libm::log(rmse_before / rmse) / libm::log(before / threshold)).clamp(EXPONENTS.0, EXPONENTS.1)
         }
         _ => EDGE_EXPONENT,
-    };
+    }
+}
+
+/// The threshold of the round after some, of thresholds and errors, that have not met the target.
+pub fn next_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
+    let Some(&(threshold, rmse)) = rounds.last() else { return first_threshold(target_rmse) };
     let gain = (rmse / (AIM * target_rmse)).clamp(1.0 / AIM, MAX_GAIN);
-    threshold * libm::pow(gain, -1.0 / exponent.clamp(EXPONENTS.0, EXPONENTS.1))
+    threshold * libm::pow(gain, -1.0 / exponent(rounds))
+}
+
+/// The threshold with which the image is rendered, by rounds of a few blocks of which the last is near the target or below.
+fn image_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
+    let Some(&(threshold, rmse)) = rounds.last() else { return first_threshold(target_rmse) };
+    let gain = (rmse / (AIM_BY_BLOCKS * target_rmse)).clamp(1.0 / MAX_GAIN, MAX_GAIN);
+    (threshold * libm::pow(gain, -1.0 / exponent(rounds))).min(MAX_THRESHOLD)
 }
 
 /// The samples that meet the target if `samples` have an error, at least four, since fewer tell none.
@@ -99,6 +118,8 @@ struct Refinement<'a> {
 enum Way {
     Uniform(u32),
     Adaptive(f64),
+    /// By a threshold with which the image has been rendered: the first blocks are all there are.
+    Done(f64),
 }
 
 /// Renders with ever more samples until the estimate of the root mean square error is at most `target_rmse`, which is above
@@ -120,9 +141,11 @@ pub fn refine(
     let (total, n_rounds) = (Counts::default(), 0);
     let mut work = Refinement { world, accel, camera, settings, target_rmse, control, total, n_rounds };
     let way = work.find_way(film)?;
+    let adaptive = |threshold| (Spread::Adaptive(Adaptive::new(threshold)), None);
     let (spread, samples) = match way {
         Way::Uniform(samples) => (Spread::Uniform, Some(work.render_uniform(samples, film)?)),
-        Way::Adaptive(threshold) => (Spread::Adaptive(Adaptive::new(work.render_adaptive(threshold, film)?)), None),
+        Way::Adaptive(threshold) => adaptive(work.render_adaptive(threshold, film)?),
+        Way::Done(threshold) => adaptive(threshold),
     };
     Ok(Refined { counts: work.total, spread, samples, n_rounds: work.n_rounds })
 }
@@ -134,20 +157,24 @@ impl Refinement<'_> {
         // A power of two, for which blocks are spread evenly.
         let one_in = 1 << one_in.ilog2();
         let (uniform_rays, samples) = self.probe(one_in)?;
+        if samples <= FEW_SAMPLES {
+            return Ok(Way::Uniform(samples));
+        }
         let mut rounds: Vec<(f64, f64)> = Vec::new();
         loop {
             let threshold = next_threshold(self.target_rmse, &rounds);
             let round = self.round(threshold, one_in, film)?;
             let rmse = round.rmse_estimate.unwrap_or(0.0);
             rounds.push((threshold, rmse));
+            let is_met = rmse <= self.target_rmse || is_last(&rounds);
+            if is_met && one_in == 1 {
+                return Ok(Way::Done(threshold));
+            }
             if round.rays.total() as f64 > uniform_rays {
                 return Ok(Way::Uniform(samples));
             }
-            if rmse <= self.target_rmse || is_last(&rounds) {
-                return Ok(Way::Adaptive(threshold));
-            }
-            if rmse <= NEAR * self.target_rmse {
-                return Ok(Way::Adaptive(next_threshold(self.target_rmse, &rounds)));
+            if is_met || rmse <= NEAR * self.target_rmse {
+                return Ok(Way::Adaptive(image_threshold(self.target_rmse, &rounds)));
             }
         }
     }
