@@ -334,6 +334,15 @@ fn the_header_says_what_was_rendered_and_the_time_only_when_asked() {
     ] {
         assert!(has(&plain, part), "{}", part.escape_ascii());
     }
+    // A target takes the place of what it decides.
+    let aimed = fs::read({
+        let arguments = format!("render {} --width 32 --height 20 --error 0.01 -q -o e.exr", scene.display());
+        assert!(flatray(folder.path(), &arguments).status().unwrap().success());
+        folder.path().join("e.exr")
+    })
+    .unwrap();
+    assert!(has(&aimed, b"flatray/errorAtMost\0string\0\x04\0\0\x001e-2"));
+    assert!(!has(&aimed, b"flatray/samples\0") && !has(&aimed, b"flatray/sampler\0"));
     let time = b"flatray/renderSeconds\0float\0\x04\0\0\0";
     assert!(!has(&plain, time) && has(&render("--exr time"), time));
     assert!(has(&render("--exr piz"), b"compression\0compression\0\x01\0\0\0\x04"));

@@ -114,6 +114,57 @@ fn every_estimator_has_the_pixel_integral_as_its_mean() {
     }
 }
 
+/// RMSE of the pixels that the sides of the triangle cross, for a contrast of 1, and camera rays for each of them.
+fn edge_error(settings: &Settings, camera: &Camera) -> (f64, f64) {
+    let edge_px = camera.width_px;
+    let world = World::from_triangles(SLANTED.to_vec(), vec![[0, 1, 2]]).unwrap();
+    let accel = Accel::build(&world, AccelKind::Bvh);
+    let rendered = render(&world, &accel, camera, settings, &Control::default()).unwrap();
+    let (mut squares, mut n_edge) = (0.0, 0);
+    for (index, value) in green(&rendered.film).into_iter().enumerate() {
+        let covered = coverage(&SLANTED, edge_px, index as u32 % edge_px, index as u32 / edge_px);
+        if covered > 0.0 && covered < 1.0 - 1e-9 {
+            squares += (value / GLOW - covered).powi(2);
+            n_edge += 1;
+        }
+    }
+    ((squares / f64::from(n_edge)).sqrt(), rendered.rays.camera as f64 / f64::from(n_edge))
+}
+
+/// The exponent of error over samples between two measurements.
+fn slope((error_a, samples_a): (f64, f64), (error_b, samples_b): (f64, f64)) -> f64 {
+    (error_b / error_a).ln() / (samples_b / samples_a).ln()
+}
+
+#[test]
+fn on_edges_the_default_takes_fifty_times_fewer_samples_than_chance_and_adaptive_ones_fewer_still() {
+    let camera = square_camera(64);
+    let uniform = |sampler, samples| {
+        let settings = Settings { samples, sampler, ..center_settings(&camera) };
+        (edge_error(&settings, &camera).0, f64::from(samples))
+    };
+    let (few, many) = (uniform(Sampler::default(), 64), uniform(Sampler::default(), 4096));
+    let default_slope = slope(few, many);
+    assert!(default_slope <= -0.72, "{default_slope}");
+    // Along the line between the two, and along the law of chance.
+    let default_samples = few.1 * (1e-3 / few.0).powf(1.0 / default_slope);
+    let random = uniform(Sampler::Random, 1024);
+    let random_samples = random.1 * (random.0 / 1e-3).powi(2);
+    let gain = random_samples / default_samples;
+    println!(
+        "slope {default_slope:.3}, {default_samples:.0} instead of {random_samples:.0} samples, {gain:.1} times fewer"
+    );
+    assert!(gain >= 50.0, "{gain}");
+
+    let adaptive = |threshold| {
+        let spread = Spread::Adaptive(Adaptive::new(threshold));
+        edge_error(&Settings { spread, ..center_settings(&camera) }, &camera)
+    };
+    let adaptive_slope = slope(adaptive(1e-2), adaptive(1e-5));
+    println!("adaptive slope {adaptive_slope:.3}");
+    assert!(adaptive_slope <= -0.9, "{adaptive_slope}");
+}
+
 /// An image with an error far below those that are judged by it, and that error.
 fn reference(scene: &Compiled, accel: &Accel, max_depth: u32) -> (Film, f64) {
     let spread = Spread::Adaptive(Adaptive { min_splits: 1, ..Adaptive::new(2e-4) });

@@ -5,10 +5,11 @@ use std::path::Path;
 use glam::{DMat4, DVec4};
 
 use super::args::RenderArgs;
+use super::budget::Budget;
 use super::plan::Plan;
 use super::{aov_args, output};
 use crate::film::exr::ExrAttributes;
-use crate::render::{Filter, Sampler, Settings};
+use crate::render::{Filter, Settings};
 use crate::scene::Compiled;
 use crate::world::Camera;
 
@@ -24,15 +25,18 @@ pub fn attributes_of(args: &RenderArgs, scene: &Compiled, plan: &Plan) -> ExrAtt
     let Compiled { camera, names, world, .. } = scene;
     let Settings { samples, sampler, filter, seed, max_depth, terminator, course, cutoff, .. } = plan.settings;
     let file = args.input.as_deref().and_then(Path::file_name).map_or(BUILT_IN.into(), |name| name.to_string_lossy());
-    let sampler = match sampler {
-        Sampler::Center => "center",
-        Sampler::Grid => "grid",
-        Sampler::Jitter => "jitter",
-        Sampler::Random => "random",
-        Sampler::Sobol => "sobol",
-    };
     // Seeds have 64 bits, and attributes have no such number.
-    let mut texts = vec![("scene", file.into_owned()), ("sampler", sampler.into()), ("seed", seed.to_string())];
+    let mut texts = vec![("scene", file.into_owned()), ("seed", seed.to_string())];
+    // Both are far below 2^31.
+    let mut numbers = vec![("maxDepth", max_depth as i32), ("terminator", i32::from(terminator))];
+    match plan.budget {
+        Budget::Samples => {
+            texts.push(("sampler", sampler.name().into()));
+            numbers.push(("samples", samples as i32));
+        }
+        Budget::Error(target) => texts.push(("errorAtMost", format!("{target:e}"))),
+        Budget::Seconds(seconds) => texts.push(("secondsAtMost", seconds.to_string())),
+    }
     let filter = match filter {
         Filter::Box => "box",
         Filter::Triangle => "triangle",
@@ -45,13 +49,11 @@ pub fn attributes_of(args: &RenderArgs, scene: &Compiled, plan: &Plan) -> ExrAtt
     if course {
         texts.push(("compat", "course".into()));
     }
-    // Both are far below 2^31.
-    let numbers = [("samples", samples as i32), ("maxDepth", max_depth as i32), ("terminator", i32::from(terminator))];
     let own_name = |name: &str| format!("flatray/{name}");
     ExrAttributes {
         world_to_camera: Some(stored(camera_from_world(camera))),
         world_to_ndc: Some(stored(ndc_from_world(camera))),
-        numbers: numbers.map(|(name, value)| (own_name(name), value)).into(),
+        numbers: numbers.into_iter().map(|(name, value)| (own_name(name), value)).collect(),
         texts: texts
             .into_iter()
             .map(|(name, value)| (own_name(name), value))

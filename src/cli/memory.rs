@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use super::budget::Budget;
 use super::output::Output;
 use super::plan::Plan;
 use super::quantity;
@@ -38,7 +39,9 @@ impl Need {
     pub fn of(world: &World, camera: &Camera, plan: &Plan, outputs: &[Output]) -> Need {
         let one_pixel = Settings { region: Region::whole(1, 1), ..plan.settings.clone() };
         let film = render::new_film(camera, &one_pixel);
-        let planes = film_bytes_per_pixel(&film);
+        // Rounds of a target or a time keep the image of the one before.
+        let n_films = if plan.budget == Budget::Samples { 1 } else { 2 };
+        let planes = film_bytes_per_pixel(&film) * n_films;
         let files: u64 =
             outputs.iter().map(|output| file_bytes_per_pixel(output.format, &film, plan.exr.options)).sum();
         let n_pixels = |region: Region| u64::from(region.width_px()) * u64::from(region.height_px());

@@ -9,6 +9,7 @@ mod cutoff;
 mod describe;
 mod estimate;
 pub mod filter;
+mod join;
 mod layers;
 mod parts;
 mod refine;

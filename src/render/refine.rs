@@ -1,8 +1,8 @@
 //! Rounds of ever more samples until the image's estimated error meets a target.
 //!
 //! First a few blocks of the image are rendered: with a few samples for every pixel, which tells how many of them would meet the
-//! target, and with adaptive samples, more from round to round, until these meet it or cost as much. What is cheaper then renders the image. Every
-//! round begins anew, with samples of its own, so that nothing is kept for pixels.
+//! target, and with adaptive samples, more from round to round, until these meet it or cost as much. What is cheaper then renders the image. If
+//! that misses the target, another round, with samples of its own, brings what is missing.
 //!
 //! Where edges make the error, that of adaptive samples falls as threshold^¾: the number of leaves along an edge of contrast c is
 //! (c/threshold)^½, and each brings a variance of threshold²/6 or less. That of uniform ones falls as n^−¾ there.
@@ -10,6 +10,7 @@
 use std::sync::atomic::Ordering;
 
 use super::adaptive::{n_blocks, one_block_in, render_blocks};
+use super::join::Told;
 use super::{Adaptive, Control, Counts, MAX_SPLITS, Sampler, Settings, Spread, Stopped, job, new_film, render_into};
 use crate::accel::Accel;
 use crate::film::Film;
@@ -32,10 +33,8 @@ pub struct Refined {
 const EDGE_EXPONENT: f64 = 0.75;
 const EXPONENTS: (f64, f64) = (0.35, 1.2);
 
-/// Share of the target that a round aims at, so that few have to be repeated for a little: of the whole image, by what the whole image
-/// told, and by what a few blocks told.
+/// Share of an error that a round aims at, so that few are followed by another for a little.
 const AIM: f64 = 0.95;
-const AIM_BY_BLOCKS: f64 = 0.9;
 
 /// The error falls by no more than this from one round to the next: a round then costs at most nine times as much, and what is
 /// told by the last is not stretched too far.
@@ -43,6 +42,9 @@ const MAX_GAIN: f64 = 24.0;
 
 /// Rounds at most. Ten gains of two are a thousand; where the last divisions allowed do not meet the target, more rounds do not.
 const MAX_ROUNDS: usize = 16;
+
+/// Cells of contrast 1 are not divided for less.
+const SMALLEST_THRESHOLD: f64 = 1.0 / (1_u64 << (2 * MAX_SPLITS)) as f64;
 
 /// One block in so many is rendered first, or more of them, so that there are some.
 const MAX_ONE_IN: u32 = 8;
@@ -92,7 +94,7 @@ pub fn next_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
 /// The threshold with which the image is rendered, by rounds of a few blocks of which the last is near the target or below.
 fn image_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
     let Some(&(threshold, rmse)) = rounds.last() else { return first_threshold(target_rmse) };
-    let gain = (rmse / (AIM_BY_BLOCKS * target_rmse)).clamp(1.0 / MAX_GAIN, MAX_GAIN);
+    let gain = (rmse / (AIM * target_rmse)).clamp(1.0 / MAX_GAIN, MAX_GAIN);
     (threshold * libm::pow(gain, -1.0 / exponent(rounds))).min(MAX_THRESHOLD)
 }
 
@@ -115,6 +117,7 @@ struct Refinement<'a> {
 }
 
 /// What the first blocks tell is cheapest.
+#[derive(Clone, Copy, Debug)]
 enum Way {
     Uniform(u32),
     Adaptive(f64),
@@ -141,12 +144,7 @@ pub fn refine(
     let (total, n_rounds) = (Counts::default(), 0);
     let mut work = Refinement { world, accel, camera, settings, target_rmse, control, total, n_rounds };
     let way = work.find_way(film)?;
-    let adaptive = |threshold| (Spread::Adaptive(Adaptive::new(threshold)), None);
-    let (spread, samples) = match way {
-        Way::Uniform(samples) => (Spread::Uniform, Some(work.render_uniform(samples, film)?)),
-        Way::Adaptive(threshold) => adaptive(work.render_adaptive(threshold, film)?),
-        Way::Done(threshold) => adaptive(threshold),
-    };
+    let (spread, samples) = work.render_image(way, film)?;
     Ok(Refined { counts: work.total, spread, samples, n_rounds: work.n_rounds })
 }
 
@@ -163,14 +161,14 @@ impl Refinement<'_> {
         let mut rounds: Vec<(f64, f64)> = Vec::new();
         loop {
             let threshold = next_threshold(self.target_rmse, &rounds);
-            let round = self.round(threshold, one_in, film)?;
-            let rmse = round.rmse_estimate.unwrap_or(0.0);
+            let rays_before = self.total.rays.total();
+            let rmse = self.round(threshold, one_in, film)?;
             rounds.push((threshold, rmse));
-            let is_met = rmse <= self.target_rmse || is_last(&rounds);
+            let is_met = rmse <= self.target_rmse || rounds.len() >= MAX_ROUNDS || threshold < SMALLEST_THRESHOLD;
             if is_met && one_in == 1 {
                 return Ok(Way::Done(threshold));
             }
-            if round.rays.total() as f64 > uniform_rays {
+            if (self.total.rays.total() - rays_before) as f64 > uniform_rays {
                 return Ok(Way::Uniform(samples));
             }
             if is_met || rmse <= NEAR * self.target_rmse {
@@ -211,8 +209,8 @@ impl Refinement<'_> {
         self.settings.seed.wrapping_add(self.n_rounds << 48)
     }
 
-    /// A round of adaptive samples, of some blocks.
-    fn round(&mut self, threshold: f64, one_in: u32, film: &mut Film) -> Result<Counts, Stopped> {
+    /// A round of adaptive samples, of some blocks; its error.
+    fn round(&mut self, threshold: f64, one_in: u32, film: &mut Film) -> Result<f64, Stopped> {
         let adaptive = Adaptive::new(threshold);
         let settings = Settings { spread: Spread::Adaptive(adaptive), seed: self.seed(), ..self.settings.clone() };
         self.control.tiles_done.store(0, Ordering::Relaxed);
@@ -220,44 +218,68 @@ impl Refinement<'_> {
         let counts = render_blocks(&job, &adaptive, film, one_in)?.counts();
         self.n_rounds += 1;
         self.total.add_round(&counts);
-        Ok(counts)
+        Ok(counts.rmse_estimate.unwrap_or(0.0))
     }
 
-    /// Renders the image until its error meets the target, first with a threshold; says with which one it did.
-    fn render_adaptive(&mut self, threshold: f64, film: &mut Film) -> Result<f64, Stopped> {
-        let (mut threshold, mut rounds) = (threshold, Vec::new());
-        loop {
-            let rmse = self.round(threshold, 1, film)?.rmse_estimate.unwrap_or(0.0);
-            rounds.push((threshold, rmse));
-            if rmse <= self.target_rmse || is_last(&rounds) {
-                return Ok(threshold);
-            }
-            threshold = next_threshold(self.target_rmse, &rounds);
+    /// Renders the image until its error meets the target. What misses it is kept: the next round only has to bring what is missing, and
+    /// the image is the mean of all.
+    fn render_image(&mut self, mut way: Way, film: &mut Film) -> Result<(Spread, Option<u32>), Stopped> {
+        if let Way::Done(threshold) = way {
+            return Ok((Spread::Adaptive(Adaptive::new(threshold)), None));
         }
+        let (mut before, mut samples): (Option<Told>, u32) = (None, 0);
+        for n_left in (0..MAX_ROUNDS).rev() {
+            let (rmse, is_last) = match way {
+                Way::Uniform(more) => {
+                    samples = samples.saturating_add(more);
+                    (self.uniform_round(more, film)?, f64::from(samples) >= MAX_SAMPLES)
+                }
+                Way::Adaptive(threshold) | Way::Done(threshold) => {
+                    (self.round(threshold, 1, film)?, threshold < SMALLEST_THRESHOLD)
+                }
+            };
+            let told = before.map_or(rmse, |before| before.join(film, rmse));
+            self.total.rmse_estimate = self.total.rmse_estimate.map(|_| told);
+            if told <= self.target_rmse || is_last || n_left == 0 {
+                break;
+            }
+            way = way.with_error(rmse, AIM * missing_rmse(self.target_rmse, told));
+            before = Some(Told { film: film.clone(), rmse: told });
+        }
+        Ok(match way {
+            Way::Uniform(_) => (Spread::Uniform, Some(samples)),
+            Way::Adaptive(threshold) | Way::Done(threshold) => (Spread::Adaptive(Adaptive::new(threshold)), None),
+        })
     }
 
-    /// The same with uniform samples.
-    fn render_uniform(&mut self, samples: u32, film: &mut Film) -> Result<u32, Stopped> {
-        let mut samples = samples;
-        loop {
-            let settings = self.uniform(samples);
-            self.control.tiles_done.store(0, Ordering::Relaxed);
-            let counts = render_into(self.world, self.accel, self.camera, &settings, self.control, film, &|_| {})?;
-            self.n_rounds += 1;
-            self.total.add_round(&counts);
-            let rmse = counts.rmse_estimate.unwrap_or(0.0);
-            if rmse <= self.target_rmse || f64::from(samples) >= MAX_SAMPLES {
-                return Ok(samples);
+    /// A round of uniform samples; its error.
+    fn uniform_round(&mut self, samples: u32, film: &mut Film) -> Result<f64, Stopped> {
+        let settings = self.uniform(samples);
+        self.control.tiles_done.store(0, Ordering::Relaxed);
+        let counts = render_into(self.world, self.accel, self.camera, &settings, self.control, film, &|_| {})?;
+        self.n_rounds += 1;
+        self.total.add_round(&counts);
+        Ok(counts.rmse_estimate.unwrap_or(0.0))
+    }
+}
+
+impl Way {
+    /// The way to an error, if this one led to another.
+    fn with_error(self, rmse: f64, wanted: f64) -> Way {
+        match self {
+            Way::Uniform(samples) => Way::Uniform(samples_for(wanted, samples, rmse)),
+            Way::Adaptive(threshold) | Way::Done(threshold) => {
+                let factor = libm::pow(wanted / rmse, 1.0 / EDGE_EXPONENT).max(1.0 / MAX_GAIN);
+                Way::Adaptive((threshold * factor).min(MAX_THRESHOLD))
             }
-            samples = samples_for(self.target_rmse, samples, rmse);
         }
     }
 }
 
-/// Whether no further round makes sense.
-fn is_last(rounds: &[(f64, f64)]) -> bool {
-    let smallest = libm::ldexp(1.0, -2 * MAX_SPLITS as i32);
-    rounds.len() >= MAX_ROUNDS || rounds.last().is_some_and(|&(threshold, _)| threshold < smallest)
+/// The error that an image has to have to bring one of the error `rmse`, above the target, down to it: inverse squares add up.
+fn missing_rmse(target_rmse: f64, rmse: f64) -> f64 {
+    let share = target_rmse / rmse;
+    target_rmse / (1.0 - share * share).sqrt()
 }
 
 #[cfg(test)]

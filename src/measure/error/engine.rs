@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::frame::Frame;
 use super::peer::Peer;
-use super::setting::{Amount, Setting, Way, sampler_name};
+use super::setting::{Amount, Setting, Way};
 use crate::accel::{Accel, AccelKind, Mode, Preset};
 use crate::error::{Error, Place};
 use crate::film::{Film, read_image};
@@ -199,7 +199,7 @@ fn options(setting: &Setting) -> Vec<String> {
     match setting.amount {
         Amount::Samples { sampler, samples } => {
             say("samples", samples.to_string());
-            say("sampler", sampler_name(sampler).to_owned());
+            say("sampler", sampler.name().to_owned());
         }
         Amount::Error(target) => say("error", format!("{target:e}")),
     }

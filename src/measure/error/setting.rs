@@ -45,20 +45,6 @@ pub enum Amount {
     Error(f64),
 }
 
-/// The samplers and their names.
-pub const SAMPLERS: [(&str, Sampler); 5] = [
-    ("center", Sampler::Center),
-    ("grid", Sampler::Grid),
-    ("jitter", Sampler::Jitter),
-    ("random", Sampler::Random),
-    ("sobol", Sampler::Sobol),
-];
-
-/// The name of a sampler.
-pub fn sampler_name(sampler: Sampler) -> &'static str {
-    SAMPLERS.iter().find(|(_, named)| *named == sampler).map_or("", |(name, _)| name)
-}
-
 impl Setting {
     /// An amount, everything else as the frame has it.
     pub fn of(amount: Amount) -> Setting {
@@ -75,7 +61,7 @@ impl Setting {
     /// What runs of one curve have in common: all but how much is sampled.
     pub fn family(&self) -> String {
         let base = match self.amount {
-            Amount::Samples { sampler, .. } => sampler_name(sampler),
+            Amount::Samples { sampler, .. } => sampler.name(),
             Amount::Error(_) => "adaptive",
         };
         base.to_owned() + &self.variant()
@@ -84,7 +70,7 @@ impl Setting {
     /// The name: all that differs from the frame's own settings.
     pub fn name(&self) -> String {
         let base = match self.amount {
-            Amount::Samples { sampler, samples } => format!("{} {samples}", sampler_name(sampler)),
+            Amount::Samples { sampler, samples } => format!("{} {samples}", sampler.name()),
             Amount::Error(target) => format!("adaptive {target:e}"),
         };
         base + &self.variant()
@@ -187,7 +173,7 @@ mod tests {
 
     #[test]
     fn one_sample_of_any_sampler_is_the_centre() {
-        for (_, sampler) in SAMPLERS {
+        for sampler in Sampler::ALL {
             assert_eq!(Setting::of(Amount::Samples { sampler, samples: 1 }).name(), "center 1");
         }
         assert_eq!(Setting::of(Amount::Samples { sampler: Sampler::Center, samples: 9 }).name(), "center 1");

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::grid::Grid;
-use super::setting::SAMPLERS;
 use crate::accel::{AccelKind, Preset};
 use crate::error::{Error, Place, Problem};
 use crate::measure::povray::{self, Antialiasing};
+use crate::render::Sampler;
 use crate::scene::report::Report;
 use crate::scene::toml::{Table, walk};
 use crate::scene::validate::NumberRule;
@@ -74,9 +74,10 @@ fn grid(mut table: Table<'_>) -> Grid {
     let accels = [("bvh", AccelKind::Bvh), ("linear", AccelKind::Linear)];
     let presets = [("fast", Preset::Fast), ("medium", Preset::Medium), ("high", Preset::High)];
     let isas = Isa::ALL.map(|isa| (isa.name(), isa));
+    let samplers = Sampler::ALL.map(|sampler| (sampler.name(), sampler));
     let grid = Grid {
         samples: whole(&mut table, "samples", 1..=65_536, "whole numbers from 1 to 65536"),
-        samplers: table.words("sampler", &SAMPLERS).unwrap_or_default(),
+        samplers: table.words("sampler", &samplers).unwrap_or_default(),
         errors: table.numbers("error", &TARGET).unwrap_or_default(),
         max_depths: whole(&mut table, "max_depth", 1..=1000, "whole numbers from 1 to 1000"),
         cutoffs: table.numbers("cutoff", &CUTOFF).unwrap_or_default(),
@@ -124,7 +125,6 @@ fn antialiasing(mut table: Table<'_>) -> Vec<Antialiasing> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::Sampler;
 
     fn wrong(text: &str) -> String {
         parse(text, Path::new("s.toml")).unwrap_err().to_string()

@@ -8,6 +8,22 @@ use super::filter::{Filter, Warp};
 use super::{Sampler, Settings};
 use cells::{Cell, cells};
 
+impl Sampler {
+    /// All of them.
+    pub const ALL: [Sampler; 5] = [Sampler::Center, Sampler::Grid, Sampler::Jitter, Sampler::Random, Sampler::Sobol];
+
+    /// The word for it in scenes, on command lines and in headers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Sampler::Center => "center",
+            Sampler::Grid => "grid",
+            Sampler::Jitter => "jitter",
+            Sampler::Random => "random",
+            Sampler::Sobol => "sobol",
+        }
+    }
+}
+
 /// Sample positions for all pixels of a render.
 #[derive(Clone, Debug)]
 pub struct Pattern {
