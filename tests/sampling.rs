@@ -352,6 +352,23 @@ fn a_wire_of_a_fiftieth_of_a_pixel_is_found_in_every_pixel_that_it_crosses() {
 }
 
 #[test]
+fn what_hides_nothing_is_not_searched() {
+    let camera = square_camera(64);
+    let spread = Spread::Adaptive(Adaptive::new(0.5));
+    let settings = Settings { spread, ..center_settings(&camera) };
+    // Walls that face the camera, lean away from it and back, at several distances.
+    for (z, lean) in [(-1.0, 0.0), (-1000.7, 0.0), (-0.013, 0.0), (-3.1, 0.4), (-3.1, -0.7)] {
+        let corner = |x: f32, y: f32| Vec3::new(-4.0 * x * z, -4.0 * y * z, z * (1.0 + 0.2 * lean * y));
+        let corners = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let world = World::from_triangles(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+        let camera_rays = render_world(&world, &camera, &settings).rays.camera;
+        // A sample that decides, also in the ring of each block; a pair that counts, or two.
+        let per_pixel = camera_rays as f64 / f64::from(64 * 64);
+        assert!((4.0..4.3).contains(&per_pixel), "{per_pixel} samples per pixel of a wall at {z}, {lean}");
+    }
+}
+
+#[test]
 fn a_checker_to_the_horizon_is_as_good_there_as_elsewhere() {
     let scene = load_scene("default", 160, 90);
     let accel = Accel::build(&scene.world, AccelKind::Bvh);

@@ -292,7 +292,7 @@ pub fn render_into(
 ) -> Result<Counts, Stopped> {
     let job = job(world, accel, camera, settings, control);
     if let Spread::Adaptive(spread) = &settings.spread {
-        return Ok(adaptive::render_blocks(&job, spread, film, 1)?.counts());
+        return Ok(adaptive::render_blocks(&job, spread, film)?.counts());
     }
     let tally = tile::render_tiles(&job, film, finished)?;
     let rmse_estimate = estimate::block_of(settings.sampler, job.pattern.n_samples())

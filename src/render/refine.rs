@@ -1,17 +1,16 @@
 //! Rounds of ever more samples until the image's estimated error meets a target.
 //!
-//! First a few blocks of the image are rendered: with a few samples for every pixel, which tells how many of them would meet the
-//! target, and with adaptive samples, more from round to round, until these meet it or cost as much. What is cheaper then renders the image. If
-//! that misses the target, another round, with samples of its own, brings what is missing.
+//! First every pixel has a few uniform samples. Where few more of them meet the target, they are taken; otherwise samples are adaptive, as long as these
+//! promise what is missing for fewer rays. Every round is an image of its own, independent of all others, and the film is the mean of all, weighted
+//! by what their errors are: nothing is thrown away.
 //!
 //! Where edges make the error, that of adaptive samples falls as threshold^¾: the number of leaves along an edge of contrast c is
 //! (c/threshold)^½, and each brings a variance of threshold²/6 or less. That of uniform ones falls as n^−¾ there.
 
 use std::sync::atomic::Ordering;
 
-use super::adaptive::{n_blocks, one_block_in, render_blocks};
 use super::join::Told;
-use super::{Adaptive, Control, Counts, MAX_SPLITS, Sampler, Settings, Spread, Stopped, job, new_film, render_into};
+use super::{Adaptive, Control, Counts, MAX_SPLITS, Sampler, Settings, Spread, Stopped, render_into};
 use crate::accel::Accel;
 use crate::film::Film;
 use crate::world::{Camera, World};
@@ -19,110 +18,120 @@ use crate::world::{Camera, World};
 /// An image refined to a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Refined {
-    /// What all rounds took, and the error of the last.
+    /// What all rounds took, and the error of their mean.
     pub counts: Counts,
-    /// How the samples of the image are spread.
+    /// How the samples of the last round are spread.
     pub spread: Spread,
     /// Samples per pixel, where all have the same number.
     pub samples: Option<u32>,
-    /// Rounds, those of a few blocks included.
+    /// Images that the film is the mean of.
     pub n_rounds: u64,
 }
 
-/// The exponent with which error falls with the threshold along edges, and the range that what is measured is held to.
+/// Samples of every pixel in the first round: the fewest that tell an error.
+const FIRST_SAMPLES: u32 = 4;
+
+/// If no more uniform samples than this are missing, nothing else is tried: adaptive ones are four of every pixel before one is divided.
+const FEW_SAMPLES: u32 = 16;
+
+/// The exponent by which the error of uniform samples falls with their number, and the range that the one of adaptive samples is held to by which
+/// it falls with the threshold, if two rounds tell it. With the number of samples it falls about as 1/n: as n^−3/2 along edges, slower until these are most of the
+/// image's samples.
+const UNIFORM_EXPONENT: f64 = 0.75;
 const EDGE_EXPONENT: f64 = 0.75;
 const EXPONENTS: (f64, f64) = (0.35, 1.2);
 
 /// Share of an error that a round aims at, so that few are followed by another for a little.
 const AIM: f64 = 0.95;
 
-/// The error falls by no more than this from one round to the next: a round then costs at most nine times as much, and what is
-/// told by the last is not stretched too far.
-const MAX_GAIN: f64 = 24.0;
+/// The error falls by no more than this from one adaptive round to the next, so that what is told by the last is not stretched too far.
+const MAX_GAIN: f64 = 8.0;
 
 /// Rounds at most. Ten gains of two are a thousand; where the last divisions allowed do not meet the target, more rounds do not.
 const MAX_ROUNDS: usize = 16;
 
-/// Cells of contrast 1 are not divided for less.
-const SMALLEST_THRESHOLD: f64 = 1.0 / (1_u64 << (2 * MAX_SPLITS)) as f64;
-
-/// One block in so many is rendered first, or more of them, so that there are some.
-const MAX_ONE_IN: u32 = 8;
-const MIN_FIRST_BLOCKS: u64 = 8;
-
-/// The first blocks are not rendered once more if they have missed the target by no more than this.
-const NEAR: f64 = 1.3;
-
-/// Samples of every pixel that tell what uniform samples would cost, and the exponent of the law by which the error falls.
-const PROBE_SAMPLES: u32 = 8;
-const UNIFORM_EXPONENT: f64 = 0.75;
-
-/// If no more uniform samples than this meet the target, nothing else is tried: adaptive ones are four of every pixel before one is divided.
-const FEW_SAMPLES: u32 = 16;
-
 /// More samples than scene files may ask for are not taken.
 const MAX_SAMPLES: f64 = 65_536.0;
 
-/// The largest threshold: black and white are told apart.
+/// The largest threshold: black and white are told apart. The smallest: cells of contrast 1 are not divided for less.
 const MAX_THRESHOLD: f64 = 0.5;
+const SMALLEST_THRESHOLD: f64 = 1.0 / (1_u64 << (2 * MAX_SPLITS)) as f64;
 
-/// The threshold of the first round: that which would meet the target, were one pixel in two hundred crossed by an edge of
-/// contrast 1 (of 4/π·2ᵏ leaves at k divisions, with a variance of a sixth, halved by two samples), but no more than half.
-fn first_threshold(target_rmse: f64) -> f64 {
-    let crossed = 1.0 / 200.0;
-    let per_edge = crossed * 4.0 / std::f64::consts::PI / 12.0;
-    libm::pow(target_rmse * target_rmse / per_edge, 1.0 / (2.0 * EDGE_EXPONENT)).min(MAX_THRESHOLD)
+/// What a round was, and what it came to.
+#[derive(Clone, Copy, Debug)]
+struct Round {
+    way: Way,
+    rmse: f64,
+    rays: f64,
 }
 
-/// The exponent with which error falls with the threshold, by the last two rounds if they tell.
-fn exponent(rounds: &[(f64, f64)]) -> f64 {
-    match *rounds {
-        [.., (before, rmse_before), (threshold, rmse)] if rmse > 0.0 && threshold < before => {
-            (libm::log(rmse_before / rmse) / libm::log(before / threshold)).clamp(EXPONENTS.0, EXPONENTS.1)
+/// How a round takes its samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// So many in every pixel.
+    Uniform(u32),
+    /// By a threshold.
+    Adaptive(f64),
+}
+
+/// The uniform samples to an error, if `samples` have another.
+fn samples_for(rmse: f64, (samples, rmse_of_samples): (u32, f64)) -> u32 {
+    let factor = libm::pow(rmse_of_samples / rmse, 1.0 / UNIFORM_EXPONENT);
+    // No number is no reason for many.
+    (f64::from(samples) * factor).ceil().clamp(f64::from(FIRST_SAMPLES), MAX_SAMPLES) as u32
+}
+
+/// The threshold to an error before there was an adaptive round, by that of uniform samples: an edge of contrast 1 brings n of them a variance of 0.11·n^−1.5 in each pixel
+/// that it crosses (`docs/ERROR.md`), and a twelfth of threshold^1.5·4/π if that is divided (two samples a leaf).
+fn first_threshold(rmse: f64, (samples, rmse_of_samples): (u32, f64)) -> f64 {
+    let crossed = rmse_of_samples * rmse_of_samples / 0.11 * libm::pow(f64::from(samples), 2.0 * UNIFORM_EXPONENT);
+    let per_threshold = crossed * 4.0 / std::f64::consts::PI / 12.0;
+    libm::pow(rmse * rmse / per_threshold, 1.0 / (2.0 * EDGE_EXPONENT)).min(MAX_THRESHOLD)
+}
+
+/// The threshold to an error, by the last adaptive round or two: thresholds and errors.
+fn next_threshold(rmse: f64, (threshold, rmse_of_last): (f64, f64), before: Option<(f64, f64)>) -> f64 {
+    let exponent = match before {
+        Some((threshold_before, rmse_before)) if rmse_of_last > 0.0 && threshold < threshold_before => {
+            libm::log(rmse_before / rmse_of_last) / libm::log(threshold_before / threshold)
         }
         _ => EDGE_EXPONENT,
+    };
+    let gain = (rmse_of_last / rmse).min(MAX_GAIN);
+    (threshold * libm::pow(gain, -1.0 / exponent.clamp(EXPONENTS.0, EXPONENTS.1))).min(MAX_THRESHOLD)
+}
+
+/// The error that an image has to have to bring one of the error `rmse`, above the target, down to it: inverse squares add up.
+fn missing_rmse(target_rmse: f64, rmse: f64) -> f64 {
+    let share = target_rmse / rmse;
+    target_rmse / (1.0 - share * share).sqrt()
+}
+
+/// How the next round brings an error, by all rounds before, of which the first was uniform.
+fn next_way(rmse: f64, first: &Round, rounds: &[Round]) -> Way {
+    let uniform = rounds.iter().rev().find_map(|round| match round.way {
+        Way::Uniform(samples) => Some((samples, round.rmse)),
+        Way::Adaptive(_) => None,
+    });
+    let by_uniform = uniform.unwrap_or((FIRST_SAMPLES, first.rmse));
+    let samples = samples_for(rmse, by_uniform);
+    let is_settled = rounds.len() > 1 && matches!(rounds[rounds.len() - 1].way, Way::Uniform(_));
+    if samples <= FEW_SAMPLES || is_settled {
+        return Way::Uniform(samples);
     }
-}
-
-/// The threshold of the round after some, of thresholds and errors, that have not met the target.
-pub fn next_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
-    let Some(&(threshold, rmse)) = rounds.last() else { return first_threshold(target_rmse) };
-    let gain = (rmse / (AIM * target_rmse)).clamp(1.0 / AIM, MAX_GAIN);
-    threshold * libm::pow(gain, -1.0 / exponent(rounds))
-}
-
-/// The threshold with which the image is rendered, by rounds of a few blocks of which the last is near the target or below.
-fn image_threshold(target_rmse: f64, rounds: &[(f64, f64)]) -> f64 {
-    let Some(&(threshold, rmse)) = rounds.last() else { return first_threshold(target_rmse) };
-    let gain = (rmse / (AIM * target_rmse)).clamp(1.0 / MAX_GAIN, MAX_GAIN);
-    (threshold * libm::pow(gain, -1.0 / exponent(rounds))).min(MAX_THRESHOLD)
-}
-
-/// The samples that meet the target if `samples` have an error, at least four, since fewer tell none.
-fn samples_for(target_rmse: f64, samples: u32, rmse: f64) -> u32 {
-    let factor = libm::pow(rmse / (AIM * target_rmse), 1.0 / UNIFORM_EXPONENT);
-    (f64::from(samples) * factor).ceil().clamp(4.0, MAX_SAMPLES) as u32
-}
-
-/// A refinement under way.
-struct Refinement<'a> {
-    world: &'a World,
-    accel: &'a Accel,
-    camera: &'a Camera,
-    settings: &'a Settings,
-    target_rmse: f64,
-    control: &'a Control,
-    total: Counts,
-    n_rounds: u64,
-}
-
-/// What the first blocks tell is cheapest.
-#[derive(Clone, Copy, Debug)]
-enum Way {
-    Uniform(u32),
-    Adaptive(f64),
-    /// By a threshold with which the image has been rendered: the first blocks are all there are.
-    Done(f64),
+    let mut adaptive = rounds.iter().rev().filter_map(|round| match round.way {
+        Way::Adaptive(threshold) => Some(((threshold, round.rmse), round.rays)),
+        Way::Uniform(_) => None,
+    });
+    let Some((last, rays)) = adaptive.next() else {
+        return Way::Adaptive(first_threshold(rmse.max(first.rmse / MAX_GAIN), by_uniform));
+    };
+    let uniform_rays = first.rays / f64::from(FIRST_SAMPLES) * f64::from(samples);
+    let adaptive_rays = rays * last.1 / rmse;
+    if uniform_rays < adaptive_rays {
+        return Way::Uniform(samples);
+    }
+    Way::Adaptive(next_threshold(rmse, last, adaptive.next().map(|(before, _)| before)))
 }
 
 /// Renders with ever more samples until the estimate of the root mean square error is at most `target_rmse`, which is above
@@ -141,162 +150,114 @@ pub fn refine(
     control: &Control,
     film: &mut Film,
 ) -> Result<Refined, Stopped> {
-    let (total, n_rounds) = (Counts::default(), 0);
-    let mut work = Refinement { world, accel, camera, settings, target_rmse, control, total, n_rounds };
-    let way = work.find_way(film)?;
-    let (spread, samples) = work.render_image(way, film)?;
-    Ok(Refined { counts: work.total, spread, samples, n_rounds: work.n_rounds })
-}
-
-impl Refinement<'_> {
-    /// Finds out with a few blocks how the image is rendered best.
-    fn find_way(&mut self, film: &mut Film) -> Result<Way, Stopped> {
-        let one_in = (n_blocks(&self.settings.region) / MIN_FIRST_BLOCKS).clamp(1, u64::from(MAX_ONE_IN)) as u32;
-        // A power of two, for which blocks are spread evenly.
-        let one_in = 1 << one_in.ilog2();
-        let (uniform_rays, samples) = self.probe(one_in)?;
-        if samples <= FEW_SAMPLES {
-            return Ok(Way::Uniform(samples));
+    let work = Refinement { world, accel, camera, settings, control };
+    let mut counts = Counts::default();
+    let mut rounds: Vec<Round> = Vec::new();
+    let (mut way, mut before): (Way, Option<Told>) = (Way::Uniform(FIRST_SAMPLES), None);
+    loop {
+        let made = work.round(way, rounds.len() as u64, film)?;
+        counts.add_round(&made);
+        let rmse = made.rmse_estimate.unwrap_or(0.0);
+        rounds.push(Round { way, rmse, rays: made.rays.total() as f64 });
+        let told = before.map_or(rmse, |before| before.join(film, rmse));
+        counts.rmse_estimate = Some(told);
+        if told <= target_rmse || rounds.len() == MAX_ROUNDS || way.is_last() {
+            break;
         }
-        let mut rounds: Vec<(f64, f64)> = Vec::new();
-        loop {
-            let threshold = next_threshold(self.target_rmse, &rounds);
-            let rays_before = self.total.rays.total();
-            let rmse = self.round(threshold, one_in, film)?;
-            rounds.push((threshold, rmse));
-            let is_met = rmse <= self.target_rmse || rounds.len() >= MAX_ROUNDS || threshold < SMALLEST_THRESHOLD;
-            if is_met && one_in == 1 {
-                return Ok(Way::Done(threshold));
-            }
-            if (self.total.rays.total() - rays_before) as f64 > uniform_rays {
-                return Ok(Way::Uniform(samples));
-            }
-            if is_met || rmse <= NEAR * self.target_rmse {
-                return Ok(Way::Adaptive(image_threshold(self.target_rmse, &rounds)));
-            }
-        }
+        way = next_way(AIM * missing_rmse(target_rmse, told), &rounds[0], &rounds);
+        before = Some(Told { film: film.clone(), rmse: told });
     }
-
-    /// The rays that the first blocks would take with uniform samples, and the samples.
-    fn probe(&mut self, one_in: u32) -> Result<(f64, u32), Stopped> {
-        let part = self.settings.region;
-        let (mut n_pixels, mut squares, mut rays) = (0, 0.0, 0);
-        for region in one_block_in(one_in, self.camera.width_px, self.camera.height_px, &part) {
-            let settings =
-                Settings { region, tile_size_px: 8, aovs: Default::default(), ..self.uniform(PROBE_SAMPLES) };
-            let mut film = new_film(self.camera, &settings);
-            let counts = render_into(self.world, self.accel, self.camera, &settings, self.control, &mut film, &|_| {})?;
-            self.total.add_round(&counts);
-            let rmse = counts.rmse_estimate.unwrap_or(0.0);
-            n_pixels += region.n_pixels();
-            squares += rmse * rmse * region.n_pixels() as f64;
-            rays += counts.rays.total();
-        }
-        self.n_rounds += 1;
-        let rmse = (squares / n_pixels.max(1) as f64).sqrt();
-        let samples = samples_for(self.target_rmse, PROBE_SAMPLES, rmse);
-        Ok((rays as f64 / f64::from(PROBE_SAMPLES) * f64::from(samples), samples))
-    }
-
-    /// Settings of a round of uniform samples.
-    fn uniform(&self, samples: u32) -> Settings {
-        let seed = self.seed();
-        Settings { spread: Spread::Uniform, sampler: Sampler::Sobol, samples, seed, ..self.settings.clone() }
-    }
-
-    /// Every round has samples of its own.
-    fn seed(&self) -> u64 {
-        self.settings.seed.wrapping_add(self.n_rounds << 48)
-    }
-
-    /// A round of adaptive samples, of some blocks; its error.
-    fn round(&mut self, threshold: f64, one_in: u32, film: &mut Film) -> Result<f64, Stopped> {
-        let adaptive = Adaptive::new(threshold);
-        let settings = Settings { spread: Spread::Adaptive(adaptive), seed: self.seed(), ..self.settings.clone() };
-        self.control.tiles_done.store(0, Ordering::Relaxed);
-        let job = job(self.world, self.accel, self.camera, &settings, self.control);
-        let counts = render_blocks(&job, &adaptive, film, one_in)?.counts();
-        self.n_rounds += 1;
-        self.total.add_round(&counts);
-        Ok(counts.rmse_estimate.unwrap_or(0.0))
-    }
-
-    /// Renders the image until its error meets the target. What misses it is kept: the next round only has to bring what is missing, and
-    /// the image is the mean of all.
-    fn render_image(&mut self, mut way: Way, film: &mut Film) -> Result<(Spread, Option<u32>), Stopped> {
-        if let Way::Done(threshold) = way {
-            return Ok((Spread::Adaptive(Adaptive::new(threshold)), None));
-        }
-        let (mut before, mut samples): (Option<Told>, u32) = (None, 0);
-        for n_left in (0..MAX_ROUNDS).rev() {
-            let (rmse, is_last) = match way {
-                Way::Uniform(more) => {
-                    samples = samples.saturating_add(more);
-                    (self.uniform_round(more, film)?, f64::from(samples) >= MAX_SAMPLES)
-                }
-                Way::Adaptive(threshold) | Way::Done(threshold) => {
-                    (self.round(threshold, 1, film)?, threshold < SMALLEST_THRESHOLD)
-                }
-            };
-            let told = before.map_or(rmse, |before| before.join(film, rmse));
-            self.total.rmse_estimate = self.total.rmse_estimate.map(|_| told);
-            if told <= self.target_rmse || is_last || n_left == 0 {
-                break;
-            }
-            way = way.with_error(rmse, AIM * missing_rmse(self.target_rmse, told));
-            before = Some(Told { film: film.clone(), rmse: told });
-        }
-        Ok(match way {
-            Way::Uniform(_) => (Spread::Uniform, Some(samples)),
-            Way::Adaptive(threshold) | Way::Done(threshold) => (Spread::Adaptive(Adaptive::new(threshold)), None),
-        })
-    }
-
-    /// A round of uniform samples; its error.
-    fn uniform_round(&mut self, samples: u32, film: &mut Film) -> Result<f64, Stopped> {
-        let settings = self.uniform(samples);
-        self.control.tiles_done.store(0, Ordering::Relaxed);
-        let counts = render_into(self.world, self.accel, self.camera, &settings, self.control, film, &|_| {})?;
-        self.n_rounds += 1;
-        self.total.add_round(&counts);
-        Ok(counts.rmse_estimate.unwrap_or(0.0))
-    }
+    let samples = rounds.iter().map(|round| match round.way {
+        Way::Uniform(samples) => Some(samples),
+        Way::Adaptive(_) => None,
+    });
+    let spread = match way {
+        Way::Uniform(_) => Spread::Uniform,
+        Way::Adaptive(threshold) => Spread::Adaptive(Adaptive::new(threshold)),
+    };
+    Ok(Refined { counts, spread, samples: samples.sum(), n_rounds: rounds.len() as u64 })
 }
 
 impl Way {
-    /// The way to an error, if this one led to another.
-    fn with_error(self, rmse: f64, wanted: f64) -> Way {
+    /// Whether there is no more to be had.
+    fn is_last(self) -> bool {
         match self {
-            Way::Uniform(samples) => Way::Uniform(samples_for(wanted, samples, rmse)),
-            Way::Adaptive(threshold) | Way::Done(threshold) => {
-                let factor = libm::pow(wanted / rmse, 1.0 / EDGE_EXPONENT).max(1.0 / MAX_GAIN);
-                Way::Adaptive((threshold * factor).min(MAX_THRESHOLD))
-            }
+            Way::Uniform(samples) => f64::from(samples) >= MAX_SAMPLES,
+            Way::Adaptive(threshold) => threshold < SMALLEST_THRESHOLD,
         }
     }
 }
 
-/// The error that an image has to have to bring one of the error `rmse`, above the target, down to it: inverse squares add up.
-fn missing_rmse(target_rmse: f64, rmse: f64) -> f64 {
-    let share = target_rmse / rmse;
-    target_rmse / (1.0 - share * share).sqrt()
+/// What is refined.
+struct Refinement<'a> {
+    world: &'a World,
+    accel: &'a Accel,
+    camera: &'a Camera,
+    settings: &'a Settings,
+    control: &'a Control,
+}
+
+impl Refinement<'_> {
+    /// Renders an image with samples of its own.
+    fn round(&self, way: Way, number: u64, film: &mut Film) -> Result<Counts, Stopped> {
+        let Refinement { world, accel, camera, settings, control } = *self;
+        let seed = settings.seed.wrapping_add(number << 48);
+        control.tiles_done.store(0, Ordering::Relaxed);
+        let (spread, samples) = match way {
+            Way::Uniform(samples) => (Spread::Uniform, samples),
+            Way::Adaptive(threshold) => (Spread::Adaptive(Adaptive::new(threshold)), settings.samples),
+        };
+        let settings = Settings { spread, samples, sampler: Sampler::Sobol, seed, ..settings.clone() };
+        render_into(world, accel, camera, &settings, control, film, &|_| {})
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn thresholds_fall_to_the_target_as_the_error_is_found_to_fall() {
-        for exponent in [0.4, 0.75, 1.1] {
-            let (mut rounds, target) = (Vec::new(), 1e-4);
-            while rounds.last().is_none_or(|&(_, rmse)| rmse > target) {
-                let threshold = next_threshold(target, &rounds);
-                assert!(rounds.last().is_none_or(|&(before, _)| threshold < before));
-                rounds.push((threshold, 0.3 * threshold.powf(exponent)));
+    /// Rounds to a target of an image whose adaptive error is 0.3·threshold^exponent with rays as 1/√threshold, that of `first` uniform samples
+    /// 1e-2.
+    fn rounds(exponent: f64, target: f64, dense: f64) -> Vec<Round> {
+        let mut rounds: Vec<Round> = Vec::new();
+        let (mut way, mut told) = (Way::Uniform(FIRST_SAMPLES), f64::INFINITY);
+        while told > target && rounds.len() < MAX_ROUNDS {
+            let (rmse, rays) = match way {
+                Way::Uniform(samples) => (1e-2 * (f64::from(samples) / 4.0).powf(-0.75), f64::from(samples)),
+                Way::Adaptive(threshold) => (0.3 * threshold.powf(exponent), dense / threshold.sqrt()),
+            };
+            rounds.push(Round { way, rmse, rays });
+            told = if told.is_finite() { (told.powi(-2) + rmse.powi(-2)).powf(-0.5) } else { rmse };
+            if told > target {
+                way = next_way(AIM * missing_rmse(target, told), &rounds[0], &rounds);
             }
-            assert!(rounds.len() <= 6, "{exponent}: {rounds:?}");
-            assert!(rounds[rounds.len() - 1].1 > 0.3 * target, "{exponent}: {rounds:?}");
         }
+        rounds
+    }
+
+    #[test]
+    fn few_rounds_lead_to_a_target_and_not_far_beyond() {
+        for exponent in [0.4, 0.75, 1.1] {
+            for target in [1e-3, 1e-4, 1e-5] {
+                let rounds = rounds(exponent, target, 1.0);
+                assert!(rounds.len() <= 8, "{exponent}: {rounds:?}");
+                assert!(rounds[rounds.len() - 1].rmse > 0.3 * target, "{exponent}: {rounds:?}");
+                assert!(matches!(rounds[1].way, Way::Adaptive(_)), "{rounds:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_cheaper_brings_what_is_missing() {
+        let is_uniform = |round: &Round| matches!(round.way, Way::Uniform(_));
+        assert!(rounds(0.75, 5e-3, 1.0).iter().all(is_uniform), "few samples suffice");
+        assert!(!is_uniform(rounds(0.75, 1e-4, 1.0).last().unwrap()));
+        assert!(is_uniform(rounds(0.75, 1e-4, 1e3).last().unwrap()), "edges everywhere");
+    }
+
+    #[test]
+    fn what_is_missing_adds_up_to_the_target() {
+        let rmse = missing_rmse(3.0, 5.0);
+        assert!(((1.0 / 25.0 + 1.0 / (rmse * rmse)).powf(-0.5) - 3.0).abs() < 1e-14);
     }
 }

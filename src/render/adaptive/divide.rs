@@ -48,6 +48,10 @@ struct Mark {
 /// crosses, and of eight or more samples one most likely meets it.
 const SEEKING_SPLITS: u32 = 3;
 
+/// Share of a depth by which something must be nearer to be looked for: far above what depths and beams are rounded by, so that a surface that all
+/// samples meet at one depth does not hide itself.
+const COINCIDENT: f64 = 1.0 / (1 << 20) as f64;
+
 /// The cells of a block, in memory that is used again for the next.
 #[derive(Debug, Default)]
 pub struct Division {
@@ -180,7 +184,8 @@ impl Division {
                     (nearest, farthest) = (nearest.min(sight.z), farthest.max(sight.z));
                 }
                 // As much nearer as the depths around are apart, a surface may be between the samples.
-                let depth = if nearest.is_finite() { nearest - (farthest - nearest) } else { nearest };
+                let depth =
+                    if nearest.is_finite() { nearest - (farthest - nearest) - COINCIDENT * nearest } else { nearest };
                 if self.hides(by, block, root, depth) {
                     self.hidden[root] = Some(depth);
                     self.is_marked[root] = true;

@@ -62,8 +62,8 @@ impl Outcome {
     }
 }
 
-/// Renders the part of the image that the settings name into the film: every block, or one in `one_in` of them, spread evenly.
-pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film, one_in: u32) -> Result<Outcome, Stopped> {
+/// Renders the part of the image that the settings name into the film.
+pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film) -> Result<Outcome, Stopped> {
     let scene = &job.scene;
     let settings = job.settings;
     let decide = Scene {
@@ -72,7 +72,7 @@ pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film, one_in: u3
         signatures: true,
         ..scene.clone()
     };
-    let blocks = some_blocks(one_in, film.width_px, film.height_px, &settings.region);
+    let blocks = blocks(film.width_px, film.height_px, &settings.region);
     let mut rows = film.split_rows_mut(settings.region.height_px() as usize);
     let film = Mutex::new(rows.remove(0));
     let next = AtomicUsize::new(0);
@@ -138,25 +138,6 @@ fn put(film: &mut RowsMut<'_>, part: &Region, block: &Region, pixels: &[[f64; 4]
         }
     }
     (x1 - x0) as usize * (block.y1.min(part.y1) - block.y0.max(part.y0)) as usize
-}
-
-/// One in so many of the blocks that a part of an image touches, cut to that part.
-pub fn one_block_in(one_in: u32, width_px: u32, height_px: u32, part: &Region) -> impl Iterator<Item = Region> + use<> {
-    let part = *part;
-    some_blocks(one_in, width_px, height_px, &part).into_iter().map(move |block| Region {
-        x0: block.x0.max(part.x0),
-        y0: block.y0.max(part.y0),
-        x1: block.x1.min(part.x1),
-        y1: block.y1.min(part.y1),
-    })
-}
-
-/// One in so many of the blocks that a part of an image touches, spread evenly.
-fn some_blocks(one_in: u32, width_px: u32, height_px: u32, part: &Region) -> Vec<Region> {
-    let mut blocks = blocks(width_px, height_px, part);
-    // A lattice without rows or columns of its own.
-    blocks.retain(|block| (block.x0 / BLOCK_PX + 3 * (block.y0 / BLOCK_PX)).is_multiple_of(one_in));
-    blocks
 }
 
 /// The blocks that a part of an image touches, in rows from the top left; those at the right and lower edge of the image
