@@ -295,7 +295,7 @@ pub fn render_into(
         return Ok(adaptive::render_blocks(&job, spread, film)?.counts());
     }
     let tally = tile::render_tiles(&job, film, finished)?;
-    let rmse_estimate = estimate::block_of(settings.sampler, job.pattern.n_samples())
+    let rmse_estimate = estimate::blocks_of(settings.sampler, job.pattern.n_samples())
         .map(|_| tally.error.rmse_of_sequence(settings.region.n_pixels(), job.pattern.n_samples()));
     Ok(Counts { rays: tally.rays, exact_tests: tally.exact_tests, rmse_estimate })
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::block::block_order;
 use super::camera_ray::CameraRays;
-use super::estimate::{Sums, block_of};
+use super::estimate::{Sums, blocks_of};
 use super::layers::Layers;
 use super::sampler::Pattern;
 use super::trace::{BATCH_RAYS, Scene, Wavefront};
@@ -144,27 +144,30 @@ fn work<'a, 'film: 'a>(
     tally.error.add(&blocks.sums);
 }
 
-/// Compares the quarters of each pixel's samples.
+/// Compares blocks of each pixel's samples.
 struct Blocks {
     sums: Sums,
-    /// Samples of a quarter; more than there are where they tell nothing.
+    /// Blocks of a pixel: 4 or 16.
+    n_blocks: usize,
+    /// Samples of a block; more than there are where they tell nothing.
     length: usize,
-    /// Sums up to the end of each quarter.
-    prefix: [DVec3; 4],
+    /// Sums up to the end of each block.
+    prefix: [DVec3; 16],
 }
 
 impl Blocks {
     fn new(job: &Job) -> Blocks {
-        let length = block_of(job.settings.sampler, job.pattern.n_samples()).unwrap_or(usize::MAX / 4);
-        Blocks { sums: Sums::default(), length, prefix: [DVec3::ZERO; 4] }
+        let (n_blocks, length) =
+            blocks_of(job.settings.sampler, job.pattern.n_samples()).unwrap_or((4, usize::MAX / 16));
+        Blocks { sums: Sums::default(), n_blocks, length, prefix: [DVec3::ZERO; 16] }
     }
 
-    /// Notes the sum of the first `n_samples` of a pixel, which are `n_blocks` whole quarters.
+    /// Notes the sum of the first `n_blocks` blocks of a pixel.
     #[inline(never)]
     fn note(&mut self, n_blocks: usize, sum: DVec3) {
         self.prefix[n_blocks - 1] = sum;
-        if n_blocks == 4 {
-            self.sums.note_blocks(&self.prefix, self.length);
+        if n_blocks == self.n_blocks {
+            self.sums.note_blocks(&self.prefix[..n_blocks], self.length);
         }
     }
 }
@@ -197,7 +200,7 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
     }
     let order = block_order(width, region.height_px() as usize, n_samples);
     let mut first = (0, 0);
-    // The end of the quarter that the next sample belongs to.
+    // The end of the block that the next sample belongs to.
     let mut block_end = blocks.length;
     while first.0 < order.len() {
         if job.control.stop.load(Ordering::Relaxed) {
@@ -218,8 +221,9 @@ fn render_tile<const ONE_SAMPLE: bool, const LAYERED: bool>(
             sample += 1;
             if !ONE_SAMPLE && sample == block_end {
                 blocks.note(sample / blocks.length, DVec3::new(*r, *g, *b));
-                // What is left over after the fourth quarter is compared with nothing.
-                block_end = if sample < 4 * blocks.length { sample + blocks.length } else { usize::MAX };
+                // What is left over after the last block is compared with nothing.
+                let has_more = sample < blocks.n_blocks * blocks.length;
+                block_end = if has_more { sample + blocks.length } else { usize::MAX };
             }
             if sample == n_samples {
                 (place, sample) = (place + 1, 0);
