@@ -91,8 +91,8 @@ fn a_small_scene_gives_figures_a_front_slopes_and_a_page() {
         ["center 1", "sobol 4", "random 4", "sobol 16", "random 16", "sobol 64", "random 64", "adaptive 1e-2"]
     );
     let (floor, least) = (json["floor"].as_f64().unwrap(), json["least_rmse"].as_f64().unwrap());
-    // To the last digits that a reader of JSON may round.
-    assert!(floor > 0.0 && (least / floor - 3.0).abs() < 1e-12, "{least:e} for {floor:e}");
+    // The reader of JSON rounds each to a few ulps.
+    assert!(floor > 0.0 && (least / floor - 3.0).abs() <= 30.0 * f64::EPSILON, "{least:e} for {floor:e}");
     for run in &all {
         for key in ["seconds", "rays", "rmse", "relmse", "max", "flip", "ssim", "mae", "p999", "samples_per_pixel"] {
             assert!(run[key].is_number(), "{key} of {run}");

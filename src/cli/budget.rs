@@ -18,7 +18,7 @@ pub struct BudgetArgs {
     /// Instead of samples: take them where they are needed until the estimated root mean square error is at most this
     #[arg(long, value_name = "RMSE", value_parser = value::target_rmse, help_heading = "Quality")]
     pub error: Option<f64>,
-    /// Instead of samples: the least error that this time allows; not the same bits each time
+    /// Instead of samples: as many as this time allows, where they are needed; not the same bits each time
     #[arg(long, value_name = "SECONDS", value_parser = value::seconds, help_heading = "Quality")]
     pub time: Option<f64>,
 }
@@ -107,10 +107,7 @@ pub fn spend(
     let Frame { scene, accel, settings, budget } = *frame;
     match budget {
         Budget::Samples => render::render_into(&scene.world, accel, &scene.camera, settings, control, film, encode),
-        Budget::Error(target) => {
-            let refined = render::refine(&scene.world, accel, &scene.camera, settings, target, control, film)?;
-            Ok(refined.counts)
-        }
+        Budget::Error(target) => render::refine(&scene.world, accel, &scene.camera, settings, target, control, film),
         Budget::Seconds(seconds) => spend_time(frame, Duration::from_secs_f64(seconds), control, film),
     }
 }

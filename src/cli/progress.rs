@@ -44,6 +44,8 @@ impl Progress {
 
     /// Shows the current figures.
     pub fn update(&mut self, tiles_done: u64, rays_traced: u64) {
+        // Rounds towards a target may have more tiles than the one that was announced.
+        let tiles_done = tiles_done.min(self.n_tiles);
         let elapsed = self.started.elapsed();
         let rate = quantity::mega_rays_per_second(rays_traced, elapsed.as_secs_f64());
         match &mut self.style {

@@ -31,7 +31,7 @@ use crate::film::{Film, Plane, Region, Rows, Samples};
 use crate::world::{Camera, World};
 
 pub use filter::Filter;
-pub use refine::{Refined, refine};
+pub use refine::refine;
 
 /// How the samples of a pixel are placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

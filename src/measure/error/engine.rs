@@ -119,9 +119,7 @@ impl<'a> Engines<'a> {
             Amount::Samples { .. } => {
                 render::render_into(world, accel, camera, &settings, control, &mut film, &|_| {})?
             }
-            Amount::Error(target) => {
-                render::refine(world, accel, camera, &settings, target, control, &mut film)?.counts
-            }
+            Amount::Error(target) => render::refine(world, accel, camera, &settings, target, control, &mut film)?,
         };
         Ok(Shot {
             film,

@@ -23,8 +23,8 @@ pub struct Shown {
     pub error: Option<Vec<u8>>,
 }
 
-/// Images on a page at most, the reference not counted.
-const MAX_SHOWN: usize = 8;
+/// Images on a page at most, the reference not counted: noise cannot be compressed, and a page should stay below a megabyte.
+const MAX_SHOWN: usize = 4;
 /// Widest image in pixels; wider ones are averaged down.
 const MAX_WIDTH_PX: u32 = 400;
 

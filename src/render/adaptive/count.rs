@@ -1,4 +1,5 @@
-//! The samples that count: in every leaf a pair that mirrors itself in the leaf's middle, at a random place, and in every other leaf a second, independent of the first. The difference between the two tells what error one has.
+//! The samples that count: in every leaf a pair that mirrors itself in the leaf's middle, at a random place, and in one leaf of two
+//! a second, independent of the first. The difference between the two tells what error one has.
 //!
 //! Each sample is uniform over its leaf, whatever the division, so that the expected value of a pixel is its integral. A pair has
 //! no error from what is linear over a leaf, and half the variance of two independent samples where a straight edge crosses it.
