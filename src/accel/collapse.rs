@@ -55,7 +55,7 @@ pub fn collapse(world: &World, groups: &Groups, binary: BinaryTree) -> WideTree 
     drop(binary);
     let places: Vec<(u32, usize)> = cuts.iter().map(|cut| (cut.node, cut.slot)).collect();
     let mut tree = WideTree::join(top, &places, pieces);
-    tree.fill_corners(world);
+    tree.fill_columns(world);
     tree.measure_depth();
     tree
 }

@@ -3,6 +3,7 @@
 //! A walk of its own, so that counting costs nothing where it is not asked for. What a ray visits is what it visits alone;
 //! packets share their nodes, and rays in flight visit the same ones.
 
+use super::describe::Rest;
 use super::leaf;
 use super::order::Item;
 use super::query::{Any, Closest, Query};
@@ -249,7 +250,7 @@ impl<Q: Countable> Batch for Counted<'_, Q> {
         let mut items = vec![0; tree.stack_size()];
         let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
         let mut walk = Walk::nowhere(simd);
-        let mut rest = Vec::new();
+        let mut rest = Rest::default();
         for (ray_idx, ray) in rays.iter().enumerate() {
             visits[ray_idx] = Visits::default();
             answers[ray_idx] = Q::NOTHING;

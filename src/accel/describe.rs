@@ -1,4 +1,6 @@
-//! The last step of closest hits: parameter and weights of triangles that were certainly hit, four rays at a time.
+//! The last step of closest hits: parameter and weights of what was certainly hit, four rays at a time.
+
+mod sphere;
 
 use super::walk::Pending;
 use super::wide::WideTree;
@@ -23,11 +25,33 @@ pub struct Undescribed {
     pub tame: bool,
 }
 
-/// Describes all hits of a batch.
-#[inline(always)]
-pub fn describe_all<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], undescribed: &[Undescribed], hits: &mut [Hit]) {
-    for four in undescribed.chunks(WIDTH64) {
-        describe_four(simd, tree, rays, four, hits);
+/// Hits of a batch that are still to be described.
+#[derive(Clone, Debug, Default)]
+pub struct Rest {
+    triangles: Vec<Undescribed>,
+    spheres: Vec<Undescribed>,
+}
+
+impl Rest {
+    /// Adds one.
+    #[inline(always)]
+    pub fn push(&mut self, undescribed: Undescribed) {
+        if undescribed.pending.tag.is_triangles() {
+            self.triangles.push(undescribed);
+        } else {
+            self.spheres.push(undescribed);
+        }
+    }
+
+    /// Describes all of them.
+    #[inline(always)]
+    pub fn describe<S: Simd>(&self, simd: S, tree: &WideTree, rays: &[Ray], hits: &mut [Hit]) {
+        for four in self.triangles.chunks(WIDTH64) {
+            describe_four(simd, tree, rays, four, hits);
+        }
+        for four in self.spheres.chunks(WIDTH64) {
+            sphere::describe_four(simd, tree, rays, four, hits);
+        }
     }
 }
 
@@ -114,7 +138,7 @@ impl Batch for DescribeOne<'_> {
     fn run<S: Simd>(self, simd: S) {
         let Some(ray) = self.ray.prepare_with(simd) else { return };
         let hit = self.pending.intersect(self.tree, &ray);
-        // A triangle is only pending when it is certainly hit.
+        // Only what is certainly hit is pending.
         debug_assert!(hit.is_some());
         if let Some(hit) = hit {
             *self.hit = hit;

@@ -5,18 +5,17 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::slab::WIDTH;
-use super::wide::{MAX_LEAF, N_COORDINATES, Tag, WideNode, WideTree};
+use super::wide::{MAX_LEAF, Tag, WideNode, WideTree};
 use crate::world::{PrimKind, World};
 
 impl WideTree {
     /// Hangs trees into slots of the topmost, which come as node and slot.
     pub fn join(mut top: WideTree, slots: &[(u32, usize)], mut pieces: Vec<WideTree>) -> WideTree {
-        let sizes = |tree: &WideTree| [tree.nodes.len(), tree.triangle_rows.len(), tree.prims.len()];
-        let mut end = sizes(&top);
+        let mut end = top.sizes();
         let mut starts = Vec::with_capacity(pieces.len());
         for piece in &pieces {
             starts.push(end);
-            let size = sizes(piece);
+            let size = piece.sizes();
             end = std::array::from_fn(|i| end[i] + size[i]);
         }
         pieces
@@ -28,61 +27,92 @@ impl WideTree {
         }
         top.nodes.reserve_exact(end[0] - top.nodes.len());
         top.triangle_rows.reserve_exact(end[1] - top.triangle_rows.len());
-        top.prims.reserve_exact(end[2] - top.prims.len());
+        top.sphere_rows.reserve_exact(end[2] - top.sphere_rows.len());
+        top.prims.reserve_exact(end[3] - top.prims.len());
         for piece in pieces {
             top.nodes.extend_from_slice(&piece.nodes);
             top.triangle_rows.extend_from_slice(&piece.triangle_rows);
+            top.sphere_rows.extend_from_slice(&piece.sphere_rows);
             top.prims.extend_from_slice(&piece.prims);
             top.has_shared_leaves |= piece.has_shared_leaves;
         }
         top
     }
 
-    /// Copies the corners of triangles into the order of leaves.
-    pub fn fill_corners(&mut self, world: &World) {
-        let mut leaves: Vec<Range<usize>> = self.nodes.par_iter().flat_map_iter(triangle_leaves).collect();
-        // A leaf that stands in several nodes is copied once.
+    /// Nodes, and rows of triangles, of spheres and of other primitives.
+    pub fn sizes(&self) -> [usize; 4] {
+        [self.nodes.len(), self.triangle_rows.len(), self.sphere_rows.len(), self.prims.len()]
+    }
+
+    /// Copies the numbers of triangles and spheres into the order of leaves.
+    pub fn fill_columns(&mut self, world: &World) {
+        self.corners = columns(&self.leaves_of(PrimKind::Triangle), &self.triangle_rows, |row| {
+            let [a, b, c] = world.triangles.corners(row);
+            [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z]
+        });
+        self.spheres = columns(&self.leaves_of(PrimKind::Sphere), &self.sphere_rows, |row| {
+            let center = world.spheres.centers[row];
+            [center.x, center.y, center.z, world.spheres.radii[row]]
+        });
+    }
+
+    /// The rows of each leaf of a kind, in order. A leaf that stands in several nodes comes once.
+    fn leaves_of(&self, kind: PrimKind) -> Vec<Range<usize>> {
+        let of_node = |node| leaves_of(node, kind);
+        let mut leaves: Vec<Range<usize>> = self.nodes.par_iter().flat_map_iter(of_node).collect();
         leaves.par_sort_unstable_by_key(|leaf| leaf.start);
         leaves.dedup();
-        self.corners = vec![0.0; N_COORDINATES * self.triangle_rows.len() + MAX_LEAF];
-        let (mut rest, mut columns) = (self.corners.as_mut_slice(), Vec::new());
-        for piece in leaves.chunks(1024) {
-            let n_rows: usize = piece.iter().map(Range::len).sum();
-            let (corners, behind) = rest.split_at_mut(N_COORDINATES * n_rows);
-            columns.push((piece, corners));
-            rest = behind;
-        }
-        let rows = &self.triangle_rows;
-        columns.into_par_iter().for_each(|(piece, mut corners)| {
-            for leaf in piece {
-                let (columns, behind) = corners.split_at_mut(N_COORDINATES * leaf.len());
-                for (i, &row) in rows[leaf.clone()].iter().enumerate() {
-                    let triangle = world.triangles.corners(row as usize);
-                    for (c, value) in triangle.iter().flat_map(|corner| corner.to_array()).enumerate() {
-                        columns[c * leaf.len() + i] = value;
-                    }
-                }
-                corners = behind;
-            }
-        });
+        leaves
     }
 }
 
-/// Moves what a node points to behind so many nodes, rows of triangles and other primitives.
-pub fn shift(node: &mut WideNode, [nodes, rows, prims]: &[usize; 3]) {
+/// Columns of N numbers of each row, leaf by leaf, and [`MAX_LEAF`] zeros behind them.
+fn columns<T: Copy + Default + Send, const N: usize>(
+    leaves: &[Range<usize>],
+    rows: &[u32],
+    of: impl Fn(usize) -> [T; N] + Sync,
+) -> Vec<T> {
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let mut all = vec![T::default(); N * rows.len() + MAX_LEAF];
+    let (mut rest, mut pieces) = (all.as_mut_slice(), Vec::new());
+    for piece in leaves.chunks(1024) {
+        let n_rows: usize = piece.iter().map(Range::len).sum();
+        let (numbers, behind) = rest.split_at_mut(N * n_rows);
+        pieces.push((piece, numbers));
+        rest = behind;
+    }
+    pieces.into_par_iter().for_each(|(piece, mut numbers)| {
+        for leaf in piece {
+            let (columns, behind) = numbers.split_at_mut(N * leaf.len());
+            for (i, &row) in rows[leaf.clone()].iter().enumerate() {
+                for (c, value) in of(row as usize).into_iter().enumerate() {
+                    columns[c * leaf.len() + i] = value;
+                }
+            }
+            numbers = behind;
+        }
+    });
+    all
+}
+
+/// Moves what a node points to behind so many nodes, rows of triangles and of spheres, and other primitives.
+pub fn shift(node: &mut WideNode, [nodes, triangles, spheres, prims]: &[usize; 4]) {
     for slot in 0..WIDTH {
         let by = match (node.tag(slot), node.tag(slot).kind()) {
             (Tag::NODE, _) => nodes,
-            (_, PrimKind::Triangle) => rows,
-            (_, PrimKind::Sphere | PrimKind::Quadric | PrimKind::Instance) => prims,
+            (_, PrimKind::Triangle) => triangles,
+            (_, PrimKind::Sphere) => spheres,
+            (_, PrimKind::Quadric | PrimKind::Instance) => prims,
         };
         node.child[slot] += *by as u32;
     }
 }
 
-/// The rows of each leaf of triangles.
-fn triangle_leaves(node: &WideNode) -> impl Iterator<Item = Range<usize>> + '_ {
-    let is_triangles = |&slot: &usize| node.tag(slot) != Tag::NODE && node.tag(slot).kind() == PrimKind::Triangle;
+/// The rows of each leaf of a kind.
+fn leaves_of(node: &WideNode, kind: PrimKind) -> impl Iterator<Item = Range<usize>> + '_ {
+    let is_one = move |&slot: &usize| node.tag(slot) != Tag::NODE && node.tag(slot).kind() == kind;
     let rows = |slot: usize| node.child[slot] as usize..node.child[slot] as usize + node.tag(slot).n_prims();
-    (0..WIDTH).filter(is_triangles).map(rows)
+    (0..WIDTH).filter(is_one).map(rows)
 }

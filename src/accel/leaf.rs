@@ -1,11 +1,12 @@
 //! Tests of whole leaves: one `match` over the kind, then lanes.
 
+mod sphere;
+
 use super::single;
 use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
-use crate::numeric::prepared::PreparedRay;
-use crate::numeric::{sphere, triangle};
-use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, WIDTH64, set_bits};
+use crate::numeric::triangle;
+use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, set_bits};
 use crate::world::{Hit, InstanceId, PrimKind, PrimRef, World};
 
 /// Tests a leaf for the closest hit.
@@ -13,17 +14,11 @@ use crate::world::{Hit, InstanceId, PrimKind, PrimRef, World};
 pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) {
     // Most leaves are of triangles: a comparison for them, and no jump by table.
     if tag.is_triangles() {
-        return closest_triangle(simd, tree, walk, first, tag.n_prims());
+        return closest_triangle(simd, tree, walk, first, tag);
     }
     match tag.kind() {
         PrimKind::Triangle => {}
-        PrimKind::Sphere => {
-            for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
-                for lane in set_bits(open_spheres(simd, world, &walk.ray, four)) {
-                    offer(tree, walk, world.spheres.intersect(four[lane].row(), &walk.ray));
-                }
-            }
-        }
+        PrimKind::Sphere => sphere::closest(simd, tree, walk, first, tag),
         PrimKind::Quadric => {
             for prim in &tree.prims[first as usize..][..tag.n_prims()] {
                 offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
@@ -45,15 +40,7 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first:
     }
     match tag.kind() {
         PrimKind::Triangle => {}
-        PrimKind::Sphere => {
-            for four in tree.prims[first as usize..][..tag.n_prims()].chunks(WIDTH64) {
-                for lane in set_bits(open_spheres(simd, world, &walk.ray, four)) {
-                    if world.spheres.intersect(four[lane].row(), &walk.ray).is_some() {
-                        return true;
-                    }
-                }
-            }
-        }
+        PrimKind::Sphere => return sphere::any(simd, tree, walk, first, tag),
         PrimKind::Quadric => {
             for prim in &tree.prims[first as usize..][..tag.n_prims()] {
                 if world.quadrics.intersect(prim.row(), &walk.ray).is_some() {
@@ -123,20 +110,6 @@ impl Batch for AnyPlaced<'_> {
     }
 }
 
-/// Which of up to four spheres the ray may hit within its interval.
-#[inline(always)]
-fn open_spheres<S: Simd>(simd: S, world: &World, ray: &PreparedRay, four: &[PrimRef]) -> u32 {
-    let mut columns = [[0.0; WIDTH64]; 4];
-    for (lane, prim) in four.iter().enumerate() {
-        let row = prim.row();
-        let center = world.spheres.centers[row];
-        let lane = lane % WIDTH64;
-        (columns[0][lane], columns[1][lane], columns[2][lane]) = (center.x, center.y, center.z);
-        columns[3][lane] = world.spheres.radii[row];
-    }
-    sphere::open_lanes(simd, ray, &columns) & ((1 << four.len()) - 1)
-}
-
 /// Takes a hit if it is closer than the best.
 #[inline(always)]
 fn offer(tree: &WideTree, walk: &mut Walk, hit: Option<Hit>) {
@@ -157,7 +130,7 @@ pub fn settle(tree: &WideTree, walk: &mut Walk) {
     }
 }
 
-/// A triangle of which f32 is not certain, or that may tie with the best hit.
+/// What its lane is not certain of, or what may tie with the best hit.
 struct ByOne<'a> {
     tree: &'a WideTree,
     walk: &'a mut Walk,
@@ -169,18 +142,20 @@ impl Batch for ByOne<'_> {
     fn run<S: Simd>(self, _simd: S) {
         let ByOne { tree, walk, candidate } = self;
         // A triangle that was cut stands in several leaves.
-        if walk.best.is_of(candidate.row(tree), tree) {
+        if walk.best.is_of(candidate.prim(tree), tree) {
             return;
         }
         // Mostly it is what the ray has just left.
-        if !triangle::is_behind(&walk.ray, candidate.corners(tree)) {
-            offer(tree, walk, candidate.intersect(tree, &walk.ray));
+        if candidate.tag.is_triangles() && triangle::is_behind(&walk.ray, candidate.corners(tree)) {
+            return;
         }
+        offer(tree, walk, candidate.intersect(tree, &walk.ray));
     }
 }
 
 #[inline(always)]
-fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, n_prims: usize) {
+fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag) {
+    let n_prims = tag.n_prims();
     let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
     let mut open = edges.open().bits() & ((1 << n_prims) - 1);
     if open == 0 {
@@ -198,15 +173,18 @@ fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u
     let (t_low, t_high) = (t_low.to_array(), t_high.to_array());
     for lane in set_bits(open) {
         let lane = lane % WIDTH;
-        let candidate = Pending { first, n_prims: n_prims as u8, lane: lane as u8 };
-        let (low, high) = (t_low[lane], t_high[lane]);
-        if certain >> lane & 1 == 1 && (high < walk.best.t_low || low > walk.best.t_high) {
-            if high < walk.best.t_low {
-                walk.keep_pending(candidate, low, high);
-            }
-        } else {
-            simd.apart(ByOne { tree, walk, candidate });
-        }
+        let candidate = Pending { first, tag, lane: lane as u8 };
+        take(simd, tree, walk, candidate, (certain >> lane & 1 == 1).then_some((t_low[lane], t_high[lane])));
+    }
+}
+
+/// Takes what is open as the best hit if it is closer; `t` is where it is certainly hit, if it is.
+#[inline(always)]
+fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, candidate: Pending, t: Option<(f32, f32)>) {
+    match t {
+        Some((low, high)) if high < walk.best.t_low => walk.keep_pending(candidate, low, high),
+        Some((low, _)) if low > walk.best.t_high => {}
+        _ => simd.apart(ByOne { tree, walk, candidate }),
     }
 }
 

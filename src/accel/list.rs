@@ -12,7 +12,7 @@ use crate::world::{Bounds, PrimKind, PrimRef, World};
 const EVERYTHING: Bounds = Bounds { lo: Vec3::MIN, hi: Vec3::MAX };
 
 impl WideTree {
-    /// Appends a leaf: 1 to [`MAX_LEAF`] primitives of one kind. Corners come when all leaves are there.
+    /// Appends a leaf: 1 to [`MAX_LEAF`] primitives of one kind. Corners and spheres come when all leaves are there.
     pub fn push_leaf(&mut self, world: &World, run: &[PrimRef]) -> Entry {
         let kind = run[0].kind();
         let first = match kind {
@@ -21,7 +21,12 @@ impl WideTree {
                 self.triangle_rows.extend(run.iter().map(|prim| prim.row() as u32));
                 first
             }
-            PrimKind::Sphere | PrimKind::Quadric | PrimKind::Instance => {
+            PrimKind::Sphere => {
+                let first = self.sphere_rows.len();
+                self.sphere_rows.extend(run.iter().map(|prim| prim.row() as u32));
+                first
+            }
+            PrimKind::Quadric | PrimKind::Instance => {
                 let first = self.prims.len();
                 self.prims.extend_from_slice(run);
                 first

@@ -208,7 +208,8 @@ impl Accel {
 
     /// Whether rays can be packed: packets know triangles alone.
     fn has_packets(&self) -> bool {
-        self.kind == AccelKind::Bvh && self.unbounded.is_empty() && self.tree.prims.is_empty()
+        let tree = &self.tree;
+        self.kind == AccelKind::Bvh && self.unbounded.is_empty() && tree.sphere_rows.is_empty() && tree.prims.is_empty()
     }
 
     /// The closest hit outside of the tree.

@@ -9,7 +9,7 @@ use super::order::Item;
 use super::query::{Any, Asked, Closest, Query};
 use super::single::{Mailboxes, Stack};
 use super::walk::Pending;
-use super::wide::{N_COORDINATES, WideTree};
+use super::wide::{N_COORDINATES, Tag, WideTree};
 use crate::numeric::lane::LaneEdges;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
@@ -75,7 +75,7 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
             t_max: packet.t_max[0],
             t_low: [[f32::INFINITY; WIDTH]; N_LANES],
             is_pending: 0,
-            pending: [Pending { first: 0, n_prims: 1, lane: 0 }; N_RAYS],
+            pending: [Pending { first: 0, tag: Tag::NODE, lane: 0 }; N_RAYS],
         };
         traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack);
         let Found { is_pending, pending, .. } = found;
@@ -105,7 +105,7 @@ fn traverse<S: Simd, Q: PacketQuery>(
         if tag.n_prims() == 0 {
             stack.push_children(simd, tree, &packet.slab, farthest, item.child());
         } else if !stack.tested.has(item, stack.ray) {
-            test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag.n_prims());
+            test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag);
             farthest = found.farthest();
             if farthest < 0.0 {
                 return;
@@ -124,8 +124,9 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
     packet: &Packet,
     found: &mut Found<Q::Answer>,
     first: u32,
-    n_prims: usize,
+    tag: Tag,
 ) {
+    let n_prims = tag.n_prims();
     let seen = packet.shear.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
     let all = (1 << n_prims) - 1;
     let open = [packet.spans[0].open(simd, &seen) & all, packet.spans[1].open(simd, &seen) & all];
@@ -150,7 +151,7 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
             }
             let within = simd.load(&min_above[lanes]).lt(t_low) & t_high.lt(simd.load(&packet.t_max[1][lanes]));
             let certain = open & edges.certain() & within;
-            let triangle = Pending { first, n_prims: n_prims as u8, lane: lane as u8 };
+            let triangle = Pending { first, tag, lane: lane as u8 };
             Q::take(simd, tree, found, &Meeting { lanes, triangle, open, certain, t_low, t_high });
         }
     }

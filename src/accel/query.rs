@@ -1,6 +1,6 @@
 //! What is asked of a batch of rays, and the batch on its way: where rays come from and answers go to.
 
-use super::describe::{self, Undescribed};
+use super::describe::{Rest, Undescribed};
 use super::leaf;
 use super::walk::{Pending, Walk, thick_slab};
 use super::wide::{Tag, WideTree};
@@ -30,7 +30,7 @@ pub trait Query {
     fn end(walk: &Walk, is_over: bool, ray_idx: usize) -> Result<Self::Answer, Undescribed>;
 
     /// Describes what is still to be described.
-    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &[Undescribed], answers: &mut [Self::Answer]);
+    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &Rest, answers: &mut [Self::Answer]);
 }
 
 /// The closest hit.
@@ -72,8 +72,8 @@ impl Query for Closest {
     }
 
     #[inline(always)]
-    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &[Undescribed], answers: &mut [Hit]) {
-        describe::describe_all(simd, tree, rays, rest, answers);
+    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &Rest, answers: &mut [Hit]) {
+        rest.describe(simd, tree, rays, answers);
     }
 }
 
@@ -108,7 +108,7 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn describe<S: Simd>(_simd: S, _tree: &WideTree, _rays: &[Ray], _rest: &[Undescribed], _answers: &mut [bool]) {}
+    fn describe<S: Simd>(_simd: S, _tree: &WideTree, _rays: &[Ray], _rest: &Rest, _answers: &mut [bool]) {}
 }
 
 /// Which rays of a batch are still to be started.
@@ -150,13 +150,13 @@ pub struct Asked<'a, Q: Query> {
     /// Places of rays that are still to be started.
     todo: Todo,
     /// Rays whose answers are still to be described.
-    rest: Vec<Undescribed>,
+    rest: Rest,
 }
 
 impl<'a, Q: Query> Asked<'a, Q> {
     /// Nothing started yet.
     pub fn new(accel: &'a Accel, world: &'a World, rays: &'a [Ray], answers: &'a mut [Q::Answer]) -> Asked<'a, Q> {
-        Asked { accel, world, rays, answers, todo: Todo::Run(0..0), rest: Vec::new() }
+        Asked { accel, world, rays, answers, todo: Todo::Run(0..0), rest: Rest::default() }
     }
 
     /// Says which rays are to be started, in this order.

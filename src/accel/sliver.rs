@@ -49,7 +49,7 @@ impl WideTree {
 
     /// Appends the nodes of a tree whose leaves are here already.
     fn append_nodes(&mut self, mut nodes: Vec<WideNode>, mut root: Entry) -> Entry {
-        let by = [self.nodes.len(), 0, 0];
+        let by = [self.nodes.len(), 0, 0, 0];
         nodes.iter_mut().for_each(|node| join::shift(node, &by));
         self.nodes.append(&mut nodes);
         if root.tag == Tag::NODE {

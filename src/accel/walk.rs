@@ -4,11 +4,11 @@ use glam::{DVec3, Vec3};
 
 use super::order::Item;
 use super::slab::SlabRay;
-use super::wide::WideTree;
+use super::wide::{Tag, WideTree};
 use crate::numeric::lane::{LaneRay, RoundedRay};
 use crate::numeric::prepared::{PreparedRay, lanes};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
-use crate::numeric::triangle;
+use crate::numeric::{sphere, triangle};
 use crate::simd::{F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
 use crate::world::{Hit, InstanceId, PrimKind, PrimRef};
 
@@ -29,12 +29,12 @@ pub struct Walk {
     pub limit: Item,
 }
 
-/// The closest hit so far. A triangle that f32 is certain of is only described once the walk is over.
+/// The closest hit so far. A triangle or sphere that its lane is certain of is only described once the walk is over.
 #[derive(Clone, Copy, Debug)]
 pub struct Best {
     /// The hit, when nothing is pending.
     pub hit: Hit,
-    /// The triangle that is certainly hit, and closer than `hit`.
+    /// What is certainly hit, and closer than `hit`.
     pub pending: Option<Pending>,
     /// Its parameter lies between these.
     pub t_low: f32,
@@ -42,35 +42,53 @@ pub struct Best {
     pub t_high: f32,
 }
 
-/// A triangle in a leaf.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A triangle or a sphere in a leaf.
+#[derive(Clone, Copy, Debug)]
 pub struct Pending {
-    /// First triangle of the leaf.
+    /// First row of the leaf.
     pub first: u32,
-    /// Triangles in the leaf.
-    pub n_prims: u8,
-    /// Which of them.
+    /// Kind and size of the leaf.
+    pub tag: Tag,
+    /// Which of its primitives.
     pub lane: u8,
 }
 
 impl Pending {
-    /// Its corners.
+    /// The corners of a triangle.
     #[inline(always)]
     pub fn corners(self, tree: &WideTree) -> [Vec3; 3] {
-        tree.corners_of(self.first as usize, self.n_prims.into(), self.lane.into())
+        tree.corners_of(self.first as usize, self.tag.n_prims(), self.lane.into())
     }
 
-    /// Its row in the table of triangles.
+    /// The centre and the radius of a sphere.
+    #[inline(always)]
+    pub fn sphere(self, tree: &WideTree) -> (DVec3, f64) {
+        tree.sphere_of(self.first as usize, self.tag.n_prims(), self.lane.into())
+    }
+
+    /// Its row in the table of its kind.
     #[inline(always)]
     pub fn row(self, tree: &WideTree) -> usize {
-        tree.triangle_rows[self.first as usize + usize::from(self.lane)] as usize
+        let rows = if self.tag.is_triangles() { &tree.triangle_rows } else { &tree.sphere_rows };
+        rows[self.first as usize + usize::from(self.lane)] as usize
+    }
+
+    /// What it is.
+    #[inline(always)]
+    pub fn prim(self, tree: &WideTree) -> PrimRef {
+        PrimRef::new(self.tag.kind(), self.row(tree))
     }
 
     /// Where a ray hits it, by itself.
     #[inline(always)]
     pub fn intersect(self, tree: &WideTree, ray: &PreparedRay) -> Option<Hit> {
-        let hit = triangle::intersect(ray, self.corners(tree))?;
-        Some(Hit::of_triangle(&hit, self.row(tree)))
+        if self.tag.is_triangles() {
+            let hit = triangle::intersect(ray, self.corners(tree))?;
+            return Some(Hit::of_triangle(&hit, self.row(tree)));
+        }
+        let (center, radius) = self.sphere(tree);
+        let at = sphere::intersect(ray, center, radius)?;
+        Some(Hit::of_surface(at, PrimKind::Sphere, self.row(tree)))
     }
 }
 
@@ -114,7 +132,7 @@ impl Walk {
         self.limit = Item::limit(self.t_max);
     }
 
-    /// Takes a triangle as the best whose parameter is only known to lie in an interval.
+    /// Takes as the best what is certainly hit, at a parameter that is only known to lie in an interval.
     #[inline(always)]
     pub fn keep_pending(&mut self, pending: Pending, t_low: f32, t_high: f32) {
         self.best.pending = Some(pending);
@@ -142,12 +160,12 @@ impl Best {
     /// No hit yet.
     const NOTHING: Best = Best { hit: Hit::MISS, pending: None, t_low: f32::INFINITY, t_high: f32::INFINITY };
 
-    /// Whether the best is a triangle of this row, in this tree.
+    /// Whether the best is this primitive, in this tree.
     #[inline(always)]
-    pub fn is_of(&self, row: usize, tree: &WideTree) -> bool {
+    pub fn is_of(&self, prim: PrimRef, tree: &WideTree) -> bool {
         match self.pending {
-            Some(pending) => pending.row(tree) == row,
-            None => self.hit.prim == PrimRef::new(PrimKind::Triangle, row) && self.hit.instance == InstanceId::WORLD,
+            Some(pending) => pending.prim(tree) == prim,
+            None => self.hit.prim == prim && self.hit.instance == InstanceId::WORLD,
         }
     }
 

@@ -1,8 +1,9 @@
 //! The tree that rays walk: nodes of eight children, leaves of one kind.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::slab::{Slabs, WIDTH};
+use crate::numeric::sphere_lanes::N_COLUMNS;
 use crate::world::{Bounds, PrimKind, PrimRef};
 
 /// Primitives in a leaf at most.
@@ -100,11 +101,12 @@ pub struct Entry {
     pub tag: Tag,
 }
 
-/// A finished tree. A leaf of triangles is a run of `corners` and `triangle_rows`, any other leaf a run of `prims`.
+/// A finished tree. A leaf of triangles is a run of `corners` and `triangle_rows`, one of spheres a run of `spheres` and
+/// `sphere_rows`, any other leaf a run of `prims`.
 ///
-/// Corners are copied into leaf order, so that a leaf reads one run of memory. A leaf of n triangles, the first being
-/// number f, is nine columns of n coordinates, from 9·f on: ax ay az bx by bz cx cy cz. Columns are not padded: eight
-/// lanes are read at once, and those beyond n are other coordinates, which no answer looks at.
+/// Corners and spheres are copied into leaf order, so that a leaf reads one run of memory. A leaf of n triangles, the first being
+/// number f, is nine columns of n coordinates, from 9·f on: ax ay az bx by bz cx cy cz; one of spheres four: x y z of centres, and
+/// radii. Columns are not padded: all lanes are read at once, and those beyond n are other numbers, which no answer looks at.
 #[derive(Clone, Debug, Default)]
 pub struct WideTree {
     /// Nodes; the root is the first. Empty when there is nothing bounded.
@@ -113,7 +115,11 @@ pub struct WideTree {
     pub corners: Vec<f32>,
     /// Their rows.
     pub triangle_rows: Vec<u32>,
-    /// Spheres, quadrics and placements in leaf order.
+    /// Spheres, in columns leaf by leaf; [`MAX_LEAF`] zeros stand behind the last.
+    pub spheres: Vec<f64>,
+    /// Their rows.
+    pub sphere_rows: Vec<u32>,
+    /// Quadrics and placements in leaf order.
     pub prims: Vec<PrimRef>,
     /// Levels on the longest path, the root being 1.
     pub depth: usize,
@@ -171,6 +177,13 @@ impl WideTree {
         corners
     }
 
+    /// The centre and the radius of sphere `i` of a leaf.
+    #[inline(always)]
+    pub fn sphere_of(&self, first: usize, n_prims: usize, i: usize) -> (DVec3, f64) {
+        let column = |c: usize| self.spheres[N_COLUMNS * first + c * n_prims + i];
+        (DVec3::new(column(0), column(1), column(2)), column(3))
+    }
+
     /// Items that a walk can have before it, and room for the eight that are written at a time: each level leaves at
     /// most seven siblings behind.
     pub fn stack_size(&self) -> usize {
@@ -181,7 +194,8 @@ impl WideTree {
     pub fn memory_bytes(&self) -> usize {
         self.nodes.len() * size_of::<WideNode>()
             + self.corners.len() * size_of::<f32>()
-            + self.triangle_rows.len() * size_of::<u32>()
+            + (self.triangle_rows.len() + self.sphere_rows.len()) * size_of::<u32>()
+            + self.spheres.len() * size_of::<f64>()
             + self.prims.len() * size_of::<PrimRef>()
             + self.prototypes.iter().map(WideTree::memory_bytes).sum::<usize>()
     }

@@ -87,29 +87,31 @@ impl Double {
     pub fn new(x: f64) -> Double {
         Double { hi: x, lo: 0.0 }
     }
+}
 
+impl<F: F64Lanes> Double<F> {
     /// The product with an f64; error at most 2u² of the result (Algorithm 9).
     #[inline(always)]
-    pub fn scale(self, factor: f64) -> Double {
+    pub fn scale(self, factor: F) -> Double<F> {
         let p = two_product(self.hi, factor);
         fast_two_sum(p.hi, self.lo.mul_add(factor, p.lo))
     }
 
     /// The square root of a positive number; error below 4u² of the result (one Newton step from the f64 root).
     #[inline(always)]
-    pub fn sqrt(self) -> Double {
+    pub fn sqrt(self) -> Double<F> {
         let root = self.hi.sqrt();
         let rest = self - two_product(root, root);
-        fast_two_sum(root, rest.hi / (2.0 * root))
+        fast_two_sum(root, rest.hi / (root + root))
     }
 }
 
-impl Add for Double {
-    type Output = Double;
+impl<F: F64Lanes> Add for Double<F> {
+    type Output = Double<F>;
 
     /// The sum; error at most 3u² of the result.
     #[inline(always)]
-    fn add(self, other: Double) -> Double {
+    fn add(self, other: Double<F>) -> Double<F> {
         let s = two_sum(self.hi, other.hi);
         let t = two_sum(self.lo, other.lo);
         let v = fast_two_sum(s.hi, s.lo + t.hi);
@@ -117,32 +119,32 @@ impl Add for Double {
     }
 }
 
-impl Neg for Double {
-    type Output = Double;
+impl<F: F64Lanes> Neg for Double<F> {
+    type Output = Double<F>;
 
     /// The negative, exactly.
     #[inline(always)]
-    fn neg(self) -> Double {
+    fn neg(self) -> Double<F> {
         Double { hi: -self.hi, lo: -self.lo }
     }
 }
 
-impl Sub for Double {
-    type Output = Double;
+impl<F: F64Lanes> Sub for Double<F> {
+    type Output = Double<F>;
 
     /// The difference; error at most 3u² of the result.
     #[inline(always)]
-    fn sub(self, other: Double) -> Double {
+    fn sub(self, other: Double<F>) -> Double<F> {
         self + -other
     }
 }
 
-impl Mul for Double {
-    type Output = Double;
+impl<F: F64Lanes> Mul for Double<F> {
+    type Output = Double<F>;
 
     /// The product; error at most 5u² of the result.
     #[inline(always)]
-    fn mul(self, other: Double) -> Double {
+    fn mul(self, other: Double<F>) -> Double<F> {
         let p = two_product(self.hi, other.hi);
         let cross = self.hi.mul_add(other.lo, self.lo * other.hi);
         fast_two_sum(p.hi, p.lo + cross)
@@ -151,16 +153,16 @@ impl Mul for Double {
 
 /// A vector of double-doubles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Double3 {
+pub struct Double3<F = f64> {
     /// x, y, z.
-    pub xyz: [Double; 3],
+    pub xyz: [Double<F>; 3],
 }
 
 impl Double3 {
     /// `a - b` without error.
     #[inline(always)]
     pub fn difference(a: DVec3, b: DVec3) -> Double3 {
-        Double3 { xyz: [two_sum(a.x, -b.x), two_sum(a.y, -b.y), two_sum(a.z, -b.z)] }
+        Double3::between(a.to_array(), b.to_array())
     }
 
     /// An f64 vector as it is.
@@ -175,10 +177,24 @@ impl Double3 {
         DVec3::new(self.xyz[0].hi, self.xyz[1].hi, self.xyz[2].hi)
     }
 
+    /// The dot product with an f64 vector, see [`Double3::dot_lanes`].
+    #[inline(always)]
+    pub fn dot_f64(&self, v: DVec3) -> Double {
+        self.dot_lanes(v.to_array())
+    }
+}
+
+impl<F: F64Lanes> Double3<F> {
+    /// `a - b` without error.
+    #[inline(always)]
+    pub fn between(a: [F; 3], b: [F; 3]) -> Double3<F> {
+        Double3 { xyz: [two_sum(a[0], -b[0]), two_sum(a[1], -b[1]), two_sum(a[2], -b[2])] }
+    }
+
     /// The dot product. Error at most 12u² of the sum of the magnitudes of its terms: 5u² for each product and
     /// 3u² for each of two additions, and the second order.
     #[inline(always)]
-    pub fn dot(&self, other: &Double3) -> Double {
+    pub fn dot(&self, other: &Double3<F>) -> Double<F> {
         let [ax, ay, az] = self.xyz;
         let [bx, by, bz] = other.xyz;
         ax * bx + ay * by + az * bz
@@ -186,14 +202,14 @@ impl Double3 {
 
     /// The dot product with an f64 vector; error at most 9u² of the sum of the magnitudes of its terms.
     #[inline(always)]
-    pub fn dot_f64(&self, v: DVec3) -> Double {
+    pub fn dot_lanes(&self, v: [F; 3]) -> Double<F> {
         let [ax, ay, az] = self.xyz;
-        ax.scale(v.x) + ay.scale(v.y) + az.scale(v.z)
+        ax.scale(v[0]) + ay.scale(v[1]) + az.scale(v[2])
     }
 
     /// The sum, component by component.
     #[inline(always)]
-    pub fn add(&self, other: &Double3) -> Double3 {
+    pub fn add(&self, other: &Double3<F>) -> Double3<F> {
         let ([ax, ay, az], [bx, by, bz]) = (self.xyz, other.xyz);
         Double3 { xyz: [ax + bx, ay + by, az + bz] }
     }

@@ -18,6 +18,7 @@ pub mod quadratic;
 pub mod quadric;
 pub mod ratio;
 pub mod sphere;
+pub mod sphere_lanes;
 pub mod tally;
 pub mod triangle;
 

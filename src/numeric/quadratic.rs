@@ -3,9 +3,10 @@
 //! With q = −(b + sign(b)·√(b² − ac)) the roots are c/q and q/a: neither cancels, and as a → 0 the root c/q stays
 //! right, so that planes and rays along a cylinder's axis need no threshold (Press et al., Numerical Recipes, 5.6).
 
-use super::double::U2;
+use super::double::{Double, U2};
 use super::dyadic::Dyadic;
 use super::ratio::{Bounded, Parameter, Ratio, SECOND_ORDER, ratio_inside};
+use crate::simd::F64Lanes;
 
 /// Coefficients in exact arithmetic: a, b, c.
 pub type ExactCoefficients = [Dyadic; 3];
@@ -50,34 +51,44 @@ pub fn first(roots: [Ratio; 2]) -> Option<Parameter> {
 /// The roots q/a and c/q, as far as double-double can tell.
 #[inline(always)]
 fn certified_roots(a: Bounded, b: Bounded, c: Bounded, t_min: f64, t_max: f64) -> [Ratio; 2] {
-    // Discriminant. Its error is that of the coefficients, of two products and of a difference.
+    let discriminant = discriminant(a, b, c);
+    // Which root is which hangs on the sign of b.
+    let b_certain = b.value.hi.abs() > b.error || b.error == 0.0;
+    if !(discriminant.value.hi.abs() > discriminant.error && b_certain) {
+        return [Ratio::Uncertain; 2];
+    }
+    if discriminant.value.hi < 0.0 {
+        return [Ratio::Outside; 2];
+    }
+    let q = stable_sum(b, discriminant);
+    [ratio_inside(q, a, t_min, t_max), ratio_inside(c, q, t_min, t_max)]
+}
+
+/// b² − ac. Its error is that of the coefficients, of two products and of a difference.
+#[inline(always)]
+pub fn discriminant<F: F64Lanes>(a: Bounded<F>, b: Bounded<F>, c: Bounded<F>) -> Bounded<F> {
     let b_squared = b.value * b.value;
     let ac = a.value * c.value;
-    let discriminant = b_squared - ac;
     let b_size = b.value.hi.abs();
-    let error = SECOND_ORDER
-        * (2.0 * b_size * b.error
+    let error = b_size.same(SECOND_ORDER)
+        * (b_size.same(2.0) * b_size * b.error
             + b.error * b.error
             + a.value.hi.abs() * c.error
             + c.value.hi.abs() * a.error
             + a.error * c.error
-            + 9.0 * U2 * (b_squared.hi + ac.hi.abs()));
-    // Which root is which hangs on the sign of b.
-    let b_certain = b_size > b.error || b.error == 0.0;
-    if !(discriminant.hi.abs() > error && b_certain) {
-        return [Ratio::Uncertain; 2];
-    }
-    if discriminant.hi < 0.0 {
-        return [Ratio::Outside; 2];
-    }
+            + b_size.same(9.0 * U2) * (b_squared.hi + ac.hi.abs()));
+    Bounded { value: b_squared - ac, error }
+}
 
-    // q. |q| ≥ √discriminant, since the signs agree.
-    let root = discriminant.sqrt();
-    let root_error = error / (2.0 * root.hi) + 5.0 * U2 * root.hi;
-    let signed_root = if b.value.hi < 0.0 { -root } else { root };
-    let q = -(b.value + signed_root);
-    let q = Bounded { value: q, error: SECOND_ORDER * (b.error + root_error + 4.0 * U2 * q.hi.abs()) };
-    [ratio_inside(q, a, t_min, t_max), ratio_inside(c, q, t_min, t_max)]
+/// q = −(b + sign(b)·√discriminant) of a discriminant that is certainly positive. |q| ≥ √discriminant, since the signs agree.
+#[inline(always)]
+pub fn stable_sum<F: F64Lanes>(b: Bounded<F>, discriminant: Bounded<F>) -> Bounded<F> {
+    let root = discriminant.value.sqrt();
+    let root_error = discriminant.error / (root.hi + root.hi) + root.hi.same(5.0 * U2) * root.hi;
+    let is_negative = b.value.hi.lt(root.hi.same(0.0));
+    let (hi, lo) = ((-root.hi).select(is_negative, root.hi), (-root.lo).select(is_negative, root.lo));
+    let q = -(b.value + Double { hi, lo });
+    Bounded { value: q, error: q.hi.same(SECOND_ORDER) * (b.error + root_error + q.hi.same(4.0 * U2) * q.hi.abs()) }
 }
 
 /// Replaces what is uncertain by what exact arithmetic says.
@@ -131,7 +142,6 @@ pub fn sign_at_root([a, b, c]: &ExactCoefficients, root: usize, alpha: &Dyadic, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::double::Double;
 
     fn certain(x: f64) -> Bounded {
         Bounded { value: Double::new(x), error: 0.0 }

@@ -9,7 +9,7 @@ use super::prepared::PreparedRay;
 use super::quadratic::{ExactCoefficients, first_root};
 use super::ratio::{Bounded, Parameter};
 use super::tally::count_exact_test;
-use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
+use crate::simd::F64Lanes;
 
 /// The first parameter in the ray's open interval at which the ray meets the sphere's surface. A tangent meets it.
 /// `center` is finite, `radius` finite and positive.
@@ -38,40 +38,6 @@ fn certainly_misses(ray: &PreparedRay, center: DVec3, radius: f64) -> bool {
     leaving || discriminant < -error
 }
 
-/// Four spheres: those that the ray does not certainly miss within its interval, one bit each. `columns` are x, y, z of the
-/// centres and the radii.
-///
-/// The roots lie between (−b ∓ √(D + δ))/a, δ being the error of the discriminant D. In units of u, b is wrong by
-/// 4·|h||d|, which is at most 4·(|b| + √D + r|d|) where there is a root, since a·h² = b² − D + a·r²; the root, the sum and
-/// the quotient add 3 of |b| + √D: together below 16 of |b| + √(D + δ) + r|d|.
-#[inline(always)]
-pub fn open_lanes<S: Simd>(simd: S, ray: &PreparedRay, columns: &[[f64; WIDTH64]; 4]) -> u32 {
-    let (o, d) = (ray.origin, ray.direction);
-    let (hx, hy, hz) = (
-        simd.splat64(o.x) - simd.load64(&columns[0]),
-        simd.splat64(o.y) - simd.load64(&columns[1]),
-        simd.splat64(o.z) - simd.load64(&columns[2]),
-    );
-    let r = simd.load64(&columns[3]);
-    let a = d.length_squared();
-    let b = hx * simd.splat64(d.x) + hy * simd.splat64(d.y) + hz * simd.splat64(d.z);
-    let (h2, r2) = (hx * hx + hy * hy + hz * hz, r * r);
-    let discriminant = b * b - simd.splat64(a) * (h2 - r2);
-    let underflow = simd.splat64(UNDERFLOW);
-    let largest = discriminant + (simd.splat64(24.0 * U * a) * (h2 + r2) + underflow);
-    let root = largest.sqrt();
-    let margin = simd.splat64(16.0 * U) * (b.abs() + root + r * simd.splat64(a.sqrt())) + underflow;
-    let of_a = simd.splat64(1.0 / a);
-    let (t_low, t_high) = (-(b + root + margin) * of_a, (root - b + margin) * of_a);
-    let missed = largest.lt(simd.splat64(0.0)) | simd.splat64(ray.t_max).lt(t_low) | t_high.lt(simd.splat64(ray.t_min));
-    // Products of what is not tame may lose more than the bounds allow for.
-    if ray.tame { (!missed).bits() } else { (1 << WIDTH64) - 1 }
-}
-
-/// More than products of tame rays with centres and radii of any size lose to underflow: they are off by 2⁻¹⁰⁷⁴ each, times
-/// at most 2³⁰⁶.
-const UNDERFLOW: f64 = f64::from_bits((1023 - 700) << 52);
-
 /// b² − ac in f64, and what it may be wrong by.
 #[inline(always)]
 pub(crate) fn discriminant(ray: &PreparedRay, center: DVec3, radius: f64) -> (f64, f64) {
@@ -80,20 +46,22 @@ pub(crate) fn discriminant(ray: &PreparedRay, center: DVec3, radius: f64) -> (f6
     (b * b - a * (h2 - r2), 24.0 * U * a * (h2 + r2))
 }
 
-/// The double-double tier: 6u² for d·d, 9u² for h·d, 15u² for h·h − r², each of the magnitudes summed.
+/// The double-double tier of a sphere by itself.
 #[inline(always)]
 pub(crate) fn double_coefficients(ray: &PreparedRay, center: DVec3, radius: f64) -> [Bounded; 3] {
-    let d = ray.direction;
-    let h = Double3::difference(ray.origin, center);
-    let [dx2, dy2, dz2] = [two_product(d.x, d.x), two_product(d.y, d.y), two_product(d.z, d.z)];
-    let a = dx2 + dy2 + dz2;
+    coefficients(ray.origin.to_array(), ray.direction.to_array(), center.to_array(), radius)
+}
+
+/// The double-double tier: 6u² for d·d, 9u² for h·d, 15u² for h·h − r², each of the magnitudes summed.
+#[inline(always)]
+pub fn coefficients<F: F64Lanes>(origin: [F; 3], d: [F; 3], center: [F; 3], radius: F) -> [Bounded<F>; 3] {
+    let h = Double3::between(origin, center);
+    let a = two_product(d[0], d[0]) + two_product(d[1], d[1]) + two_product(d[2], d[2]);
     let r2 = two_product(radius, radius);
     let h2 = h.dot(&h);
-    [
-        Bounded::new(a, 6.0, a.hi),
-        Bounded::new(h.dot_f64(d), 9.0, h.hi().abs().dot(d.abs())),
-        Bounded::new(h2 - r2, 15.0, h2.hi + r2.hi),
-    ]
+    let [x, y, z] = h.xyz;
+    let h_d = x.hi.abs() * d[0].abs() + y.hi.abs() * d[1].abs() + z.hi.abs() * d[2].abs();
+    [Bounded::new(a, 6.0, a.hi), Bounded::new(h.dot_lanes(d), 9.0, h_d), Bounded::new(h2 - r2, 15.0, h2.hi + r2.hi)]
 }
 
 #[cold]

@@ -294,6 +294,10 @@ impl F64Lanes for F64x4 {
         F64x4(intrinsic!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0)))
     }
     #[inline(always)]
+    fn select(self, mask: Mask64, other: F64x4) -> F64x4 {
+        F64x4(intrinsic!(_mm256_blendv_pd(other.0, self.0, mask.0)))
+    }
+    #[inline(always)]
     fn sqrt(self) -> F64x4 {
         F64x4(intrinsic!(_mm256_sqrt_pd(self.0)))
     }

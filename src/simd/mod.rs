@@ -129,6 +129,8 @@ pub trait F64Lanes:
     fn max(self, other: Self) -> Self;
     /// The magnitude.
     fn abs(self) -> Self;
+    /// This where the mask is set, `other` elsewhere.
+    fn select(self, mask: Self::Mask, other: Self) -> Self;
     /// The square root; NaN of negative numbers.
     fn sqrt(self) -> Self;
     /// `self < other`.
@@ -218,6 +220,10 @@ impl F64Lanes for f64 {
     #[inline(always)]
     fn abs(self) -> f64 {
         f64::abs(self)
+    }
+    #[inline(always)]
+    fn select(self, mask: bool, other: f64) -> f64 {
+        if mask { self } else { other }
     }
     #[inline(always)]
     fn sqrt(self) -> f64 {

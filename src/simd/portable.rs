@@ -173,6 +173,10 @@ impl F64Lanes for Array<f64, WIDTH64> {
         Array(self.0.map(f64::abs))
     }
     #[inline(always)]
+    fn select(self, mask: Self::Mask, other: Self) -> Self {
+        Array(from_fn(|i| if mask.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Array(self.0.map(f64::sqrt))
     }

@@ -104,7 +104,12 @@ fn is_leaf_held(tree: &WideTree, world: &World, first: usize, tag: Tag, beam: &B
     if tag.is_triangles() {
         return (0..n_prims).any(|i| beam.holds_triangle(tree.corners_of(first, n_prims, i), depth));
     }
-    tree.prims[first..first + n_prims].iter().any(|&prim| match prim.kind() {
+    let rows = first..first + n_prims;
+    if tag.kind() == PrimKind::Sphere {
+        let spheres = tree.sphere_rows[rows].iter().map(|&row| PrimRef::new(PrimKind::Sphere, row as usize));
+        return spheres.into_iter().any(|sphere| is_held(world, sphere, beam, depth));
+    }
+    tree.prims[rows].iter().any(|&prim| match prim.kind() {
         PrimKind::Instance => is_placed_held(tree, world, prim.row(), beam, depth),
         _ => is_held(world, prim, beam, depth),
     })

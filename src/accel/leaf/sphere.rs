@@ -1,0 +1,88 @@
+//! Leaves of spheres, four lanes at a time.
+
+use super::super::walk::{Pending, Walk};
+use super::super::wide::{Tag, WideTree};
+use super::take;
+use crate::numeric::rounding::{f32_at_least, f32_at_most};
+use crate::numeric::sphere;
+use crate::numeric::sphere_lanes::{N_COLUMNS, SphereLanes, see};
+use crate::simd::{Batch, F64Lanes, Simd, WIDTH64, set_bits};
+
+/// Tests a leaf for the closest hit.
+#[inline(always)]
+pub fn closest<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag) {
+    for start in (0..tag.n_prims()).step_by(WIDTH64) {
+        let seen = four(simd, tree, walk, first, tag, start);
+        if seen.open == 0 {
+            continue;
+        }
+        let (low, high) = (seen.t_low.to_array(), seen.t_high.to_array());
+        for lane in set_bits(seen.open) {
+            let lane = lane % WIDTH64;
+            let candidate = Pending { first, tag, lane: (start + lane) as u8 };
+            let t = (f32_at_most(low[lane]), f32_at_least(high[lane]));
+            take(simd, tree, walk, candidate, (seen.certain >> lane & 1 == 1).then_some(t));
+        }
+    }
+}
+
+/// Tests a leaf for any hit.
+#[inline(always)]
+pub fn any<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> bool {
+    for start in (0..tag.n_prims()).step_by(WIDTH64) {
+        let seen = four(simd, tree, walk, first, tag, start);
+        if seen.open & seen.certain != 0 {
+            return true;
+        }
+        if seen.open != 0 {
+            let mut is_hit = false;
+            simd.apart(AnyByOne { tree, walk, first, tag, start, open: seen.open, is_hit: &mut is_hit });
+            if is_hit {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// Sees up to four spheres of a leaf, from `start` on.
+#[inline(always)]
+fn four<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, start: usize) -> SphereLanes<S::F64> {
+    let n_prims = tag.n_prims();
+    let (mut columns, mut at) = ([simd.splat64(0.0); N_COLUMNS], N_COLUMNS * first as usize + start);
+    for column in &mut columns {
+        // As many zeros stand behind the last column as lanes may read there.
+        if let Some(numbers) = tree.spheres[at..].first_chunk() {
+            *column = simd.load64(numbers);
+        }
+        at += n_prims;
+    }
+    let seen = see(simd, &walk.ray, columns);
+    let n_left = (n_prims - start).min(WIDTH64);
+    SphereLanes { open: seen.open & ((1 << n_left) - 1), ..seen }
+}
+
+/// The spheres that f64 left open.
+struct AnyByOne<'a> {
+    tree: &'a WideTree,
+    walk: &'a Walk,
+    first: u32,
+    tag: Tag,
+    start: usize,
+    open: u32,
+    is_hit: &'a mut bool,
+}
+
+impl Batch for AnyByOne<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _simd: S) {
+        let AnyByOne { tree, walk, first, tag, start, open, is_hit } = self;
+        for lane in set_bits(open) {
+            let (center, radius) = tree.sphere_of(first as usize, tag.n_prims(), start + lane);
+            if sphere::intersect(&walk.ray, center, radius).is_some() {
+                *is_hit = true;
+                return;
+            }
+        }
+    }
+}
