@@ -8,7 +8,7 @@ use super::failure::Failure;
 use super::value;
 use crate::accel::Accel;
 use crate::film::{Film, Rows};
-use crate::render::{self, Adaptive, Control, Counts, Settings, Spread, Stopped};
+use crate::render::{self, Adaptive, Control, Counts, Settings, Spread, Stopped, Told};
 use crate::scene::Compiled;
 use clap::error::ErrorKind;
 
@@ -122,11 +122,12 @@ const PLANNED_SHARE: f64 = 0.8;
 /// A round that could do no more than this many times the work of the last is not begun.
 const MIN_GAIN: f64 = 1.25;
 
-/// Rounds of ever more samples as long as there is time. The film is that of the last round that was finished.
+/// Rounds of ever more samples as long as there is time. The film is the mean of all that were finished, by their errors.
 fn spend_time(frame: &Frame, time: Duration, control: &Control, film: &mut Film) -> Result<Counts, Stopped> {
     let Frame { scene, accel, settings, .. } = *frame;
     let deadline = Instant::now() + time;
     let mut total = Counts::default();
+    let mut told: Option<f64> = None;
     let mut threshold = FIRST_THRESHOLD;
     for round in 0_u64.. {
         let spread = Spread::Adaptive(Adaptive::new(threshold));
@@ -147,8 +148,10 @@ fn spend_time(frame: &Frame, time: Duration, control: &Control, film: &mut Film)
                 None => break,
             }
         };
-        *film = next;
-        total.add_round(&counts);
+        let (before, rmse) = (std::mem::replace(film, next), counts.rmse_estimate.unwrap_or(0.0));
+        let joined = told.map_or(rmse, |told| Told { film: before, rmse: told }.join(film, rmse));
+        told = Some(joined);
+        total.add_round(&Counts { rmse_estimate: told, ..counts });
         // Costs grow no faster than as the inverse root of the threshold.
         let left = deadline.saturating_duration_since(Instant::now());
         let gain = PLANNED_SHARE * left.as_secs_f64() / started.elapsed().as_secs_f64().max(1e-6);

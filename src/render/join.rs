@@ -5,7 +5,9 @@ use crate::film::{Content, Film, Plane, Samples};
 /// An image and the root mean square error that it has.
 #[derive(Clone, Debug)]
 pub struct Told {
+    /// The image.
     pub film: Film,
+    /// Its error.
     pub rmse: f64,
 }
 

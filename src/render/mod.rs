@@ -31,6 +31,7 @@ use crate::film::{Film, Plane, Region, Rows, Samples};
 use crate::world::{Camera, World};
 
 pub use filter::Filter;
+pub use join::Told;
 pub use refine::refine;
 
 /// How the samples of a pixel are placed.

@@ -3,12 +3,13 @@
 //!
 //! Each sample is uniform over its leaf, whatever the division, so that the expected value of a pixel is its integral. A pair has
 //! no error from what is linear over a leaf, and half the variance of two independent samples where a straight edge crosses it.
+//! A pixel in which a beam finds nothing is the background, without a sample, unless there are layers to be sampled.
 
 use std::sync::atomic::Ordering;
 
 use glam::DVec3;
 
-use super::tree::Tree;
+use super::divide::Division;
 use crate::film::Region;
 use crate::render::Stopped;
 use crate::render::block::block_order;
@@ -53,11 +54,12 @@ impl Counting {
     pub fn count(
         &mut self,
         job: &Job,
-        tree: &Tree,
+        division: &Division,
         block: &Region,
         wavefront: &mut Wavefront,
         mut layers: Option<&mut Layers>,
     ) -> Result<(), Stopped> {
+        let (tree, background) = (&division.tree, job.scene.world.background);
         let (width, height) = (block.width_px() as usize, block.height_px() as usize);
         self.pixels.clear();
         self.pixels.resize(width * height, [0.0; 4]);
@@ -73,6 +75,11 @@ impl Counting {
             let (column, row) = (pixel as usize % width, pixel as usize / width);
             let (x, y) = (block.x0 + column as u32, block.y0 + row as u32);
             let is_asked = (part.x0..part.x1).contains(&x) && (part.y0..part.y1).contains(&y);
+            let is_empty = division.is_empty(column, row);
+            if is_empty && layers.is_none() && !job.scene.clamp {
+                self.pixels[pixel as usize] = [background.x, background.y, background.z, 0.0];
+                continue;
+            }
             let hash = pixel_hash(job.settings.seed ^ COUNTING, x, y);
             self.leaves.clear();
             tree.leaves(tree.root(column, row), &mut self.leaves);
@@ -80,7 +87,8 @@ impl Counting {
                 let cell = tree.cell(self.leaves[at_leaf] as usize);
                 let square = cell.square();
                 let random = mix(hash ^ cell.number());
-                let n_pairs = if random.is_multiple_of(ONE_IN) { 2 } else { 1 };
+                // The mean of two is the background itself, that of four only nearly.
+                let n_pairs = if random.is_multiple_of(ONE_IN) && !is_empty { 2 } else { 1 };
                 if self.rays.len() + 2 * n_pairs as usize > BATCH_RAYS {
                     self.trace(job, wavefront, layers.as_deref_mut())?;
                 }

@@ -66,6 +66,10 @@ pub struct Division {
     marked: Vec<Mark>,
     /// By cell: the depth that something in it is nearer than which no sample around has met.
     hidden: Vec<Option<f64>>,
+    /// By pixel, ring included: the largest contrast with a neighbour that its first sample showed.
+    contrasts: Vec<f32>,
+    /// By pixel, ring included: whether nothing is in it but the background.
+    is_empty: Vec<bool>,
     /// Cells whose samples are to be taken, and the places of those of a batch, in cells of their size.
     new: Vec<usize>,
     places: Vec<Vec2>,
@@ -74,22 +78,7 @@ pub struct Division {
 impl Division {
     /// Divides the pixels of a block until no cell contributes more than the threshold.
     pub fn divide(&mut self, by: &Divider, block: &Region, wavefront: &mut Wavefront) -> Result<(), Stopped> {
-        self.tree.begin(block.width_px() as usize, block.height_px() as usize);
-        self.sights.clear();
-        self.sights.resize(self.tree.len(), Sight::default());
-        self.is_marked.clear();
-        self.is_marked.resize(self.tree.len(), false);
-        self.hidden.clear();
-        let seed = by.job.settings.seed ^ DECIDING;
-        self.thresholds.clear();
-        for root in 0..self.tree.len() {
-            let (x, y) = image_pixel(block, self.tree.cell(root).pixel());
-            // Spread over a factor of four, so that the number of samples does not leap where all cells of a size are divided.
-            let (u, _) = unit_square(mix(pixel_hash(seed, x as u32, y as u32)));
-            self.thresholds.push((by.adaptive.threshold * libm::exp2(2.0 * u - 1.0)) as f32);
-        }
-        self.new.clear();
-        self.new.extend(0..self.tree.len());
+        let seed = self.begin(by, block);
         while !self.new.is_empty() {
             self.see(by, block, seed, wavefront)?;
             self.mark(by.adaptive);
@@ -100,6 +89,55 @@ impl Division {
             self.split(by, block);
         }
         Ok(())
+    }
+
+    /// Takes the first sample of each pixel of a block, for [`Division::contrast`], and divides nothing.
+    pub fn look(&mut self, by: &Divider, block: &Region, wavefront: &mut Wavefront) -> Result<(), Stopped> {
+        let seed = self.begin(by, block);
+        self.see(by, block, seed, wavefront)?;
+        self.mark(by.adaptive);
+        Ok(())
+    }
+
+    /// Begins a block with its pixels; the seed of what decides.
+    fn begin(&mut self, by: &Divider, block: &Region) -> u64 {
+        self.tree.begin(block.width_px() as usize, block.height_px() as usize);
+        let n_pixels = self.tree.len();
+        self.sights.clear();
+        self.sights.resize(n_pixels, Sight::default());
+        self.is_marked.clear();
+        self.is_marked.resize(n_pixels, false);
+        self.contrasts.clear();
+        self.contrasts.resize(n_pixels, 0.0);
+        self.is_empty.clear();
+        self.is_empty.resize(n_pixels, false);
+        self.hidden.clear();
+        let seed = by.job.settings.seed ^ DECIDING;
+        self.thresholds.clear();
+        for root in 0..n_pixels {
+            let (x, y) = image_pixel(block, self.tree.cell(root).pixel());
+            // Spread over a factor of four, so that the number of samples does not leap where all cells of a size are divided.
+            let (u, _) = unit_square(mix(pixel_hash(seed, x as u32, y as u32)));
+            self.thresholds.push((by.adaptive.threshold * libm::exp2(2.0 * u - 1.0)) as f32);
+        }
+        self.new.clear();
+        self.new.extend(0..n_pixels);
+        seed
+    }
+
+    /// The largest contrast of a pixel with a neighbour that its first sample showed, by its place in the block.
+    pub fn contrast(&self, column: usize, row: usize) -> f32 {
+        self.contrasts[self.tree.root(column, row)]
+    }
+
+    /// Whether the first sample of a pixel showed the background.
+    pub fn shows_background(&self, column: usize, row: usize) -> bool {
+        self.sights[self.tree.root(column, row)].z == f64::INFINITY
+    }
+
+    /// Whether nothing is in a pixel but the background, by its place in the block.
+    pub fn is_empty(&self, column: usize, row: usize) -> bool {
+        self.is_empty[self.tree.root(column, row)]
     }
 
     /// Takes the samples of the new cells.
@@ -131,10 +169,13 @@ impl Division {
 
     /// Finds the cells that are to be divided, by what is new.
     fn mark(&mut self, adaptive: &Adaptive) {
-        let Division { tree, sights, thresholds, new, marked, is_marked, hidden, .. } = self;
+        let Division { tree, sights, thresholds, new, marked, is_marked, hidden, contrasts, .. } = self;
         marked.clear();
         let mut consider = |index: usize, contrast: f32| {
             let cell = tree.cell(index);
+            if let Some(largest) = contrasts.get_mut(index) {
+                *largest = largest.max(contrast);
+            }
             let (contribution, threshold) = (contrast * cell.area(), thresholds[tree.root_of(index)]);
             let seeks = hidden.get(index).is_some_and(Option::is_some) && cell.level < SEEKING_SPLITS;
             let is_due = cell.level < adaptive.min_splits || seeks || contribution > threshold;
@@ -190,6 +231,8 @@ impl Division {
                     self.hidden[root] = Some(depth);
                     self.is_marked[root] = true;
                     self.marked.push(Mark { index: root, again: true });
+                } else if depth == f64::INFINITY {
+                    self.is_empty[root] = true;
                 }
             }
         }

@@ -6,10 +6,12 @@
 //! | `contrast` | what neighbouring samples tell |
 //! | `divide` | divides the pixels of a block |
 //! | `count` | takes the samples that count |
+//! | `foresight` | tells, before, what error and how many samples a threshold will come to |
 
 mod contrast;
 mod count;
 mod divide;
+mod foresight;
 mod tree;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,12 +23,14 @@ use super::parts::PartsAsked;
 use super::shade::Shading;
 use super::tile::{Job, Tally};
 use super::trace::{Scene, Wavefront};
-use super::{Adaptive, Counts, Stopped};
+use super::{Adaptive, Counts, RayCounts, Stopped};
 use crate::film::rows::RowsMut;
 use crate::film::{Film, Region};
 use crate::numeric::tally::take_exact_tests;
 use count::{Counting, ONE_IN};
 use divide::{Divider, Division};
+
+pub use foresight::Foresight;
 use tree::BLOCK_PX;
 
 /// Blocks that a part of an image touches.
@@ -62,39 +66,84 @@ impl Outcome {
     }
 }
 
-/// Renders the part of the image that the settings name into the film.
-pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film) -> Result<Outcome, Stopped> {
+/// The scene as samples see it that decide: such that they are told apart, and no layer is kept.
+fn deciding<'a>(job: &Job<'a>) -> Scene<'a> {
     let scene = &job.scene;
-    let settings = job.settings;
-    let decide = Scene {
-        shading: Shading::new(scene.world, settings.terminator, false, scene.accel.isa()),
+    Scene {
+        shading: Shading::new(scene.world, job.settings.terminator, false, scene.accel.isa()),
         parts: PartsAsked::default(),
         signatures: true,
         ..scene.clone()
-    };
+    }
+}
+
+/// Renders the part of the image that the settings name into the film.
+pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film) -> Result<Outcome, Stopped> {
+    let settings = job.settings;
+    let decide = deciding(job);
     let blocks = blocks(film.width_px, film.height_px, &settings.region);
     let mut rows = film.split_rows_mut(settings.region.height_px() as usize);
     let film = Mutex::new(rows.remove(0));
-    let next = AtomicUsize::new(0);
-    let outcome = Mutex::new(Outcome::default());
-    let work = || {
-        let mine = work(
-            &Divider { job, scene: &decide, adaptive },
-            &|| blocks.get(next.fetch_add(1, Ordering::Relaxed)),
-            &film,
-        );
-        outcome.lock().unwrap_or_else(PoisonError::into_inner).add(&mine);
-    };
-    std::thread::scope(|scope| {
-        (1..settings.threads.min(blocks.len())).for_each(|_| drop(scope.spawn(work)));
-        work();
-    });
-    let outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let outcome =
+        by_block(settings.threads, &blocks, &|take| work(&Divider { job, scene: &decide, adaptive }, take, &film));
     if outcome.tally.n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok(outcome) }
 }
 
+/// Looks at the part of the image that the settings name, with one sample in each pixel that decides and does not count: what error and how many
+/// samples thresholds will come to, and the rays that it took.
+pub fn foresee(job: &Job, [width_px, height_px]: [u32; 2]) -> Result<(Foresight, RayCounts), Stopped> {
+    let (settings, decide, adaptive) = (job.settings, deciding(job), Adaptive::new(f64::INFINITY));
+    let blocks = blocks(width_px, height_px, &settings.region);
+    let foreseen = Mutex::new(Foresight::default());
+    let outcome = by_block(settings.threads, &blocks, &|take| {
+        look(&Divider { job, scene: &decide, adaptive: &adaptive }, take, &foreseen)
+    });
+    let foreseen = foreseen.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if outcome.tally.n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok((foreseen, outcome.tally.rays)) }
+}
+
+/// The way to the next block.
+type Take<'a, 'b> = &'a dyn Fn() -> Option<&'b Region>;
+
+/// Has threads work, each with a way to take the next block, until there are none left; the sum of their outcomes.
+fn by_block<'a>(n_threads: usize, blocks: &'a [Region], work: &(dyn Fn(Take<'_, 'a>) -> Outcome + Sync)) -> Outcome {
+    let next = AtomicUsize::new(0);
+    let outcome = Mutex::new(Outcome::default());
+    let work = || {
+        let mine = work(&|| blocks.get(next.fetch_add(1, Ordering::Relaxed)));
+        outcome.lock().unwrap_or_else(PoisonError::into_inner).add(&mine);
+    };
+    std::thread::scope(|scope| {
+        (1..n_threads.min(blocks.len())).for_each(|_| drop(scope.spawn(work)));
+        work();
+    });
+    outcome.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// One worker that looks at blocks.
+fn look(divider: &Divider, take: Take, foreseen: &Mutex<Foresight>) -> Outcome {
+    let mut outcome = Outcome::default();
+    let (mut mine, mut division, mut wavefront) = (Foresight::default(), Division::default(), Wavefront::default());
+    while let Some(block) = take() {
+        let before = wavefront.counts.total();
+        if division.look(divider, block, &mut wavefront).is_err() {
+            break;
+        }
+        for row in 0..block.height_px() as usize {
+            for column in 0..block.width_px() as usize {
+                mine.note(division.contrast(column, row), division.shows_background(column, row));
+            }
+        }
+        outcome.tally.n_tiles += 1;
+        divider.job.control.rays_traced.fetch_add(wavefront.counts.total() - before, Ordering::Relaxed);
+    }
+    foreseen.lock().unwrap_or_else(PoisonError::into_inner).add(&mine);
+    outcome.tally.rays = wavefront.counts;
+    outcome
+}
+
 /// One worker: blocks until there are none left or a stop is asked for.
-fn work<'a>(divider: &Divider, take: &dyn Fn() -> Option<&'a Region>, film: &Mutex<RowsMut<'_>>) -> Outcome {
+fn work(divider: &Divider, take: Take, film: &Mutex<RowsMut<'_>>) -> Outcome {
     let job = divider.job;
     let part = job.settings.region;
     let mut outcome = Outcome::default();
@@ -105,7 +154,7 @@ fn work<'a>(divider: &Divider, take: &dyn Fn() -> Option<&'a Region>, film: &Mut
         let before = wavefront.counts.total();
         let is_done = division
             .divide(divider, block, &mut wavefront)
-            .and_then(|()| counting.count(job, &division.tree, block, &mut wavefront, layers.as_mut()));
+            .and_then(|()| counting.count(job, &division, block, &mut wavefront, layers.as_mut()));
         if is_done.is_err() {
             break;
         }
