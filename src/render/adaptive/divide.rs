@@ -34,6 +34,8 @@ pub struct Divider<'a> {
     pub scene: &'a Scene<'a>,
     /// When to divide.
     pub adaptive: &'a Adaptive,
+    /// How many pixels of the image are between the samples of two pixels of a block: 1, but where the image is only looked at.
+    pub spacing_px: u32,
 }
 
 /// A cell that is to be divided.
@@ -52,6 +54,17 @@ const SEEKING_SPLITS: u32 = 3;
 /// samples meet at one depth does not hide itself.
 const COINCIDENT: f64 = 1.0 / (1 << 20) as f64;
 
+/// What the first sample of a pixel showed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FirstLook {
+    /// The largest contrast with a neighbour beyond an edge; 0 without one.
+    pub edge: f32,
+    /// If there is none, how far from linear it is with its neighbours, in units of an edge's contrast.
+    pub bend: f32,
+    /// Whether it is the background.
+    pub is_background: bool,
+}
+
 /// The cells of a block, in memory that is used again for the next.
 #[derive(Debug, Default)]
 pub struct Division {
@@ -66,8 +79,8 @@ pub struct Division {
     marked: Vec<Mark>,
     /// By cell: the depth that something in it is nearer than which no sample around has met.
     hidden: Vec<Option<f64>>,
-    /// By pixel, ring included: the largest contrast with a neighbour that its first sample showed.
-    contrasts: Vec<f32>,
+    /// By pixel, ring included: what its first sample showed.
+    first_looks: Vec<FirstLook>,
     /// By pixel, ring included: whether nothing is in it but the background.
     is_empty: Vec<bool>,
     /// Cells whose samples are to be taken, and the places of those of a batch, in cells of their size.
@@ -91,7 +104,7 @@ impl Division {
         Ok(())
     }
 
-    /// Takes the first sample of each pixel of a block, for [`Division::contrast`], and divides nothing.
+    /// Takes the first sample of each pixel of a block, for [`Division::first_look`], and divides nothing.
     pub fn look(&mut self, by: &Divider, block: &Region, wavefront: &mut Wavefront) -> Result<(), Stopped> {
         let seed = self.begin(by, block);
         self.see(by, block, seed, wavefront)?;
@@ -107,8 +120,8 @@ impl Division {
         self.sights.resize(n_pixels, Sight::default());
         self.is_marked.clear();
         self.is_marked.resize(n_pixels, false);
-        self.contrasts.clear();
-        self.contrasts.resize(n_pixels, 0.0);
+        self.first_looks.clear();
+        self.first_looks.resize(n_pixels, FirstLook::default());
         self.is_empty.clear();
         self.is_empty.resize(n_pixels, false);
         self.hidden.clear();
@@ -125,14 +138,10 @@ impl Division {
         seed
     }
 
-    /// The largest contrast of a pixel with a neighbour that its first sample showed, by its place in the block.
-    pub fn contrast(&self, column: usize, row: usize) -> f32 {
-        self.contrasts[self.tree.root(column, row)]
-    }
-
-    /// Whether the first sample of a pixel showed the background.
-    pub fn shows_background(&self, column: usize, row: usize) -> bool {
-        self.sights[self.tree.root(column, row)].z == f64::INFINITY
+    /// What the first sample of a pixel showed, by its place in the block.
+    pub fn first_look(&self, column: usize, row: usize) -> FirstLook {
+        let root = self.tree.root(column, row);
+        FirstLook { is_background: self.sights[root].z == f64::INFINITY, ..self.first_looks[root] }
     }
 
     /// Whether nothing is in a pixel but the background, by its place in the block.
@@ -156,7 +165,8 @@ impl Division {
                 let within = (around(u), around(v));
                 self.places.push(Vec2::new(cell.x as f32 + within.0 as f32, cell.y as f32 + within.1 as f32));
                 let (dx, dy) = pattern.warped(cell.square().at(within));
-                rays.push(camera.ray(x as f64 + dx, y as f64 + dy));
+                let spacing = f64::from(by.spacing_px);
+                rays.push(camera.ray(spacing * (x as f64 + dx), spacing * (y as f64 + dy)));
             }
             let level = wavefront.trace(by.scene, &control.stop)?;
             for (ray, (place, &index)) in self.places.drain(..).zip(batch).enumerate() {
@@ -169,13 +179,10 @@ impl Division {
 
     /// Finds the cells that are to be divided, by what is new.
     fn mark(&mut self, adaptive: &Adaptive) {
-        let Division { tree, sights, thresholds, new, marked, is_marked, hidden, contrasts, .. } = self;
+        let Division { tree, sights, thresholds, new, marked, is_marked, hidden, first_looks, .. } = self;
         marked.clear();
         let mut consider = |index: usize, contrast: f32| {
             let cell = tree.cell(index);
-            if let Some(largest) = contrasts.get_mut(index) {
-                *largest = largest.max(contrast);
-            }
             let (contribution, threshold) = (contrast * cell.area(), thresholds[tree.root_of(index)]);
             let seeks = hidden.get(index).is_some_and(Option::is_some) && cell.level < SEEKING_SPLITS;
             let is_due = cell.level < adaptive.min_splits || seeks || contribution > threshold;
@@ -201,10 +208,20 @@ impl Division {
                     consider(index, contrast);
                     consider(neighbor, contrast);
                     is_even = false;
+                    // Only the first cells, which are the pixels, have first looks.
+                    for index in [index, neighbor] {
+                        if let Some(look) = first_looks.get_mut(index) {
+                            look.edge = look.edge.max(contrast);
+                        }
+                    }
                 }
             }
             if is_even && let Some(neighbors) = tree.equal_neighbors(index) {
-                consider(index, sights[index].bend(neighbors.map(|neighbor| &sights[neighbor])));
+                let bend = sights[index].bend(neighbors.map(|neighbor| &sights[neighbor]));
+                consider(index, bend);
+                if let Some(look) = first_looks.get_mut(index) {
+                    look.bend = bend;
+                }
             }
         }
     }

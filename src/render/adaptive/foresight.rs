@@ -1,10 +1,11 @@
-//! What error and how many samples a threshold will come to, by what one sample in each pixel showed.
+//! What error and how many samples a threshold will come to, by what one sample in every few pixels showed.
 //!
 //! A pixel of contrast c that is divided until cells contribute no more than the threshold T has about 1.27·(c/x)^½ cells along its edge, each of which
 //! contributes x, anything from T/4 to T, and has the variance x²/24 if its samples are one pair, ¾ of that if every other cell has
 //! two (`docs/ERROR.md`). Over all x, and over the thresholds of pixels, which are spread by a factor of two both ways, that makes
 //! 0.02·c^½·T^1.5. A pixel that is not divided has 0.031·c².
 
+use super::divide::FirstLook;
 use crate::render::MAX_SPLITS;
 
 /// Bins of contrasts in each octave, the exponent of the lowest, and octaves.
@@ -47,13 +48,17 @@ impl Default for Foresight {
 }
 
 impl Foresight {
-    /// Notes a pixel: its contrast, and whether its sample shows the background.
-    pub fn note(&mut self, contrast: f32, is_background: bool) {
-        self.n_pixels += 1;
-        self.n_empty += u64::from(is_background && contrast == 0.0);
+    /// Notes the square of pixels that a sample stands for, by its edge. An edge crosses it along its length, which is as many pixels; what bends by c over its distance bends by
+    /// a square less from pixel to pixel, in all of them.
+    pub fn note(&mut self, look: &FirstLook, spacing_px: u32) {
+        let (length, area) = (u64::from(spacing_px), u64::from(spacing_px * spacing_px));
+        self.n_pixels += area;
+        self.n_empty += if look.is_background && look.edge == 0.0 { area } else { 0 };
+        let (contrast, n) =
+            if look.edge > 0.0 { (look.edge.into(), length) } else { (f64::from(look.bend) / area as f64, area) };
         if contrast > 0.0 {
-            let bin = (PER_OCTAVE * (libm::log2(contrast.into()) - LOWEST)).clamp(0.0, (N_BINS - 1) as f64);
-            self.bins[bin as usize] += 1;
+            let bin = (PER_OCTAVE * (libm::log2(contrast) - LOWEST)).clamp(0.0, (N_BINS - 1) as f64);
+            self.bins[bin as usize] += n;
         }
     }
 
@@ -115,7 +120,10 @@ mod tests {
 
     fn edges() -> Foresight {
         let mut foresight = Foresight::default();
-        (0..1000).for_each(|i| foresight.note(if i % 10 == 0 { 0.5 } else { 0.0 }, i % 10 == 1));
+        for i in 0..1000 {
+            let edge = if i % 10 == 0 { 0.5 } else { 0.0 };
+            foresight.note(&FirstLook { edge, bend: 0.0, is_background: i % 10 == 1 }, 1);
+        }
         foresight
     }
 
@@ -146,10 +154,23 @@ mod tests {
     #[test]
     fn what_is_noted_apart_adds_up() {
         let (mut all, mut other) = (edges(), Foresight::default());
-        (0..50).for_each(|_| other.note(1e-9, true));
+        let bent = FirstLook { edge: 0.0, bend: 1e-9, is_background: true };
+        (0..50).for_each(|_| other.note(&bent, 2));
         all.add(&other);
         let mut at_once = edges();
-        (0..50).for_each(|_| at_once.note(1e-9, true));
+        (0..50).for_each(|_| at_once.note(&bent, 2));
         assert_eq!(all, at_once);
+    }
+
+    #[test]
+    fn a_sample_stands_for_its_square_of_pixels() {
+        let (mut near, mut far) = (Foresight::default(), Foresight::default());
+        // Along an edge, every other sample of a row in two; and a parabola, which bends four times as much at twice the distance.
+        for (edge, bend, n) in [(0.5, 0.0, 8), (0.0, 0.25, 32)] {
+            (0..n).for_each(|_| near.note(&FirstLook { edge, bend, is_background: false }, 1));
+            let n = if edge > 0.0 { n / 2 } else { n / 4 };
+            (0..n).for_each(|_| far.note(&FirstLook { edge, bend: 4.0 * bend, is_background: false }, 2));
+        }
+        assert_eq!(near.bins, far.bins);
     }
 }

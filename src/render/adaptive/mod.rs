@@ -30,6 +30,8 @@ use crate::numeric::tally::take_exact_tests;
 use count::{Counting, ONE_IN};
 use divide::{Divider, Division};
 
+#[cfg(test)]
+pub use divide::FirstLook;
 pub use foresight::Foresight;
 use tree::BLOCK_PX;
 
@@ -84,19 +86,26 @@ pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film) -> Result<
     let blocks = blocks(film.width_px, film.height_px, &settings.region);
     let mut rows = film.split_rows_mut(settings.region.height_px() as usize);
     let film = Mutex::new(rows.remove(0));
-    let outcome =
-        by_block(settings.threads, &blocks, &|take| work(&Divider { job, scene: &decide, adaptive }, take, &film));
+    let outcome = by_block(settings.threads, &blocks, &|take| {
+        work(&Divider { job, scene: &decide, adaptive, spacing_px: 1 }, take, &film)
+    });
     if outcome.tally.n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok(outcome) }
 }
 
-/// Looks at the part of the image that the settings name, with one sample in each pixel that decides and does not count: what error and how many
-/// samples thresholds will come to, and the rays that it took.
+/// Distance in pixels of the samples by which an image is looked at.
+const LOOKING_PX: u32 = 2;
+
+/// Looks at the part of the image that the settings name, with one sample in every other pixel of every other row, which decides and does not
+/// count: what error and how many samples thresholds will come to, and the rays that it took.
 pub fn foresee(job: &Job, [width_px, height_px]: [u32; 2]) -> Result<(Foresight, RayCounts), Stopped> {
     let (settings, decide, adaptive) = (job.settings, deciding(job), Adaptive::new(f64::INFINITY));
-    let blocks = blocks(width_px, height_px, &settings.region);
+    let coarse = |length_px: u32| length_px.div_ceil(LOOKING_PX);
+    let Region { x0, y0, x1, y1 } = settings.region;
+    let part = Region { x0: x0 / LOOKING_PX, y0: y0 / LOOKING_PX, x1: coarse(x1), y1: coarse(y1) };
+    let blocks = blocks(coarse(width_px), coarse(height_px), &part);
     let foreseen = Mutex::new(Foresight::default());
     let outcome = by_block(settings.threads, &blocks, &|take| {
-        look(&Divider { job, scene: &decide, adaptive: &adaptive }, take, &foreseen)
+        look(&Divider { job, scene: &decide, adaptive: &adaptive, spacing_px: LOOKING_PX }, take, &foreseen)
     });
     let foreseen = foreseen.into_inner().unwrap_or_else(PoisonError::into_inner);
     if outcome.tally.n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok((foreseen, outcome.tally.rays)) }
@@ -131,7 +140,7 @@ fn look(divider: &Divider, take: Take, foreseen: &Mutex<Foresight>) -> Outcome {
         }
         for row in 0..block.height_px() as usize {
             for column in 0..block.width_px() as usize {
-                mine.note(division.contrast(column, row), division.shows_background(column, row));
+                mine.note(&division.first_look(column, row), LOOKING_PX);
             }
         }
         outcome.tally.n_tiles += 1;
