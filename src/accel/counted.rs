@@ -261,7 +261,7 @@ impl<Q: Countable> Batch for Counted<'_, Q> {
                 continue;
             }
             visits[ray_idx].leaves = Q::n_tests(world, accel.unbounded.iter().copied(), &ray);
-            let hit = match Q::begin(accel, world, &ray) {
+            let hit = match Q::begin(simd, accel, world, ray) {
                 Ok(hit) => hit,
                 Err(answer) => {
                     answers[ray_idx] = answer;

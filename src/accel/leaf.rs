@@ -20,9 +20,8 @@ pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk
         PrimKind::Triangle => {}
         PrimKind::Sphere => sphere::closest(simd, tree, walk, first, tag),
         PrimKind::Quadric => {
-            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
-            }
+            let quadrics = &tree.prims[first as usize..][..tag.n_prims()];
+            simd.apart(ClosestQuadric { tree, world, walk, quadrics });
         }
         PrimKind::Instance => {
             let placed = &tree.prims[first as usize..][..tag.n_prims()];
@@ -42,11 +41,10 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first:
         PrimKind::Triangle => {}
         PrimKind::Sphere => return sphere::any(simd, tree, walk, first, tag),
         PrimKind::Quadric => {
-            for prim in &tree.prims[first as usize..][..tag.n_prims()] {
-                if world.quadrics.intersect(prim.row(), &walk.ray).is_some() {
-                    return true;
-                }
-            }
+            let quadrics = &tree.prims[first as usize..][..tag.n_prims()];
+            let mut is_hit = false;
+            simd.apart(AnyQuadric { world, walk, quadrics, is_hit: &mut is_hit });
+            return is_hit;
         }
         PrimKind::Instance => {
             let placed = &tree.prims[first as usize..][..tag.n_prims()];
@@ -56,6 +54,45 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first:
         }
     }
     false
+}
+
+/// Quadrics in a leaf.
+struct ClosestQuadric<'a> {
+    tree: &'a WideTree,
+    world: &'a World,
+    walk: &'a mut Walk,
+    quadrics: &'a [PrimRef],
+}
+
+impl Batch for ClosestQuadric<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _simd: S) {
+        let ClosestQuadric { tree, world, walk, quadrics } = self;
+        for prim in quadrics {
+            offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
+        }
+    }
+}
+
+/// See [`ClosestQuadric`].
+struct AnyQuadric<'a> {
+    world: &'a World,
+    walk: &'a Walk,
+    quadrics: &'a [PrimRef],
+    is_hit: &'a mut bool,
+}
+
+impl Batch for AnyQuadric<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _simd: S) {
+        let AnyQuadric { world, walk, quadrics, is_hit } = self;
+        for prim in quadrics {
+            if world.quadrics.intersect(prim.row(), &walk.ray).is_some() {
+                *is_hit = true;
+                return;
+            }
+        }
+    }
 }
 
 /// Placements in a leaf: each is walked in its own tree by the object ray.

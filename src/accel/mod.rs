@@ -28,6 +28,7 @@ mod sliver;
 mod slot;
 mod split;
 mod stream;
+mod unbounded;
 mod walk;
 mod wide;
 
@@ -36,7 +37,6 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::BARE;
-use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Isa, Simd};
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use area::Scale;
@@ -210,24 +210,6 @@ impl Accel {
     fn has_packets(&self) -> bool {
         let tree = &self.tree;
         self.kind == AccelKind::Bvh && self.unbounded.is_empty() && tree.sphere_rows.is_empty() && tree.prims.is_empty()
-    }
-
-    /// The closest hit outside of the tree.
-    #[inline(always)]
-    fn closest_unbounded(&self, world: &World, ray: &PreparedRay) -> Hit {
-        let mut best = Hit::MISS;
-        if self.unbounded.is_empty() {
-            return best;
-        }
-        let mut ray = *ray;
-        for prim in &self.unbounded {
-            // Quadrics alone have no box.
-            if let Some(found) = world.quadrics.intersect(prim.row(), &ray).filter(|found| found.is_before(&best)) {
-                best = found;
-                ray.t_max = ray.t_max.min(found.t.next_up());
-            }
-        }
-        best
     }
 
     /// The same structure, walked with another instruction set; the answers are the same.

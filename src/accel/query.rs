@@ -21,7 +21,7 @@ pub trait Query {
     fn scan(world: &World, ray: &PreparedRay) -> Self::Answer;
 
     /// Asks the primitives outside of the tree: a hit to begin the walk with, or the answer where none is needed.
-    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Hit, Self::Answer>;
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: PreparedRay) -> Result<Hit, Self::Answer>;
 
     /// Tests a leaf; whether the walk is over.
     fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
@@ -51,8 +51,8 @@ impl Query for Closest {
     }
 
     #[inline(always)]
-    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Hit, Hit> {
-        Ok(accel.closest_unbounded(world, ray))
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: PreparedRay) -> Result<Hit, Hit> {
+        Ok(accel.closest_unbounded(simd, world, ray))
     }
 
     #[inline(always)]
@@ -87,14 +87,8 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn begin(accel: &Accel, world: &World, ray: &PreparedRay) -> Result<Hit, bool> {
-        for prim in &accel.unbounded {
-            // Quadrics alone have no box.
-            if world.quadrics.intersect(prim.row(), ray).is_some() {
-                return Err(true);
-            }
-        }
-        Ok(Hit::MISS)
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: PreparedRay) -> Result<Hit, bool> {
+        if accel.is_any_unbounded(simd, world, ray) { Err(true) } else { Ok(Hit::MISS) }
     }
 
     #[inline(always)]
@@ -177,7 +171,7 @@ impl<'a, Q: Query> Asked<'a, Q> {
             self.answers[ray_idx] = match self.rays[ray_idx].prepare_with(simd) {
                 None => Q::NOTHING,
                 Some(ray) if self.accel.kind == AccelKind::Linear => Q::scan(self.world, &ray),
-                Some(ray) => match Q::begin(self.accel, self.world, &ray) {
+                Some(ray) => match Q::begin(simd, self.accel, self.world, ray) {
                     Ok(hit) => {
                         walk.begin(simd, ray, hit);
                         if self.accel.has_placements() {

@@ -9,7 +9,7 @@ use super::double::{Double, Double3, is_tame, is_tame3, two_product};
 use super::dyadic::Dyadic;
 use super::prepared::PreparedRay;
 use super::quadratic::{ExactCoefficients, first, roots_inside};
-use super::ratio::{Bounded, Parameter};
+use super::ratio::{Bounded, Parameter, SECOND_ORDER};
 use super::tally::count_exact_test;
 
 /// The points x with (x−c)ᵀQ(x−c) + 2 g·(x−c) + s = 0, for a centre c of the surface's own.
@@ -178,27 +178,66 @@ impl Sizes {
     }
 }
 
-/// The f64 tier. First-order errors in units of u: 6 for dᵀQd, 8 for d·(Qh+g), 11 for the constant, each of the
-/// summed magnitudes; 20 of S_b² + S_a·S_c for the discriminant.
+/// The f64 tier: whether there is no root within the interval for certain. First-order errors in units of u: 6 for dᵀQd, 8 for d·(Qh+g), 11 for the
+/// constant, each of the summed magnitudes; 20 of S_b² + S_a·S_c for the discriminant.
+///
+/// With s the sign of b, the roots are −s·|q|/a and −s·c/|q|, |q| = |b| + √(b² − ac). They are compared with the ends of the interval as
+/// products, each factor as far to one side as its error allows.
 #[inline(always)]
 fn certainly_misses(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> bool {
-    let (discriminant, error) = sized_discriminant(ray, quadric, sizes);
-    discriminant < -error
+    let Rounded { a, b, c } = Rounded::new(ray, quadric);
+    let (discriminant, error) = sized_discriminant(&Rounded { a, b, c }, sizes);
+    if discriminant < -error {
+        return true;
+    }
+    let units = |n: f64, size: f64| SECOND_ORDER * n * U * size;
+    let (a_error, b_error, c_error) = (units(6.0, sizes.a), units(8.0, sizes.b), units(11.0, sizes.c));
+    let b_size = b.abs();
+    if !(discriminant > error && b_size > b_error) {
+        return false;
+    }
+    let q_low = (b_size - b_error + (discriminant - error).sqrt()) * (1.0 - ROUNDINGS * U);
+    let q_high = (b_size + b_error + (discriminant + error).sqrt()) * (1.0 + ROUNDINGS * U);
+    let (a, c) = if b < 0.0 { (a, c) } else { (-a, -c) };
+    let (t_min, t_max) = (ray.t_min * (1.0 - ROUNDINGS * U), ray.t_max * (1.0 + ROUNDINGS * U));
+    // |q|/a, which there is none of where a is zero.
+    let is_first_outside = a + a_error <= 0.0 || q_high <= t_min * (a - a_error) || q_low >= t_max * (a + a_error);
+    // c/|q|.
+    let is_second_outside = c + c_error <= t_min * q_low || c - c_error >= t_max * q_high;
+    is_first_outside && is_second_outside
+}
+
+/// More than what sums, roots and products of the f64 tier round by after its coefficients, in units of u.
+const ROUNDINGS: f64 = 16.0;
+
+/// The three coefficients in f64.
+struct Rounded {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+impl Rounded {
+    #[inline(always)]
+    fn new(ray: &PreparedRay, quadric: &Quadric) -> Rounded {
+        let h = ray.origin - quadric.center;
+        let gradient = quadric.half_gradient(h);
+        Rounded {
+            a: ray.direction.dot(quadric.times(ray.direction)),
+            b: ray.direction.dot(gradient),
+            c: h.dot(gradient + quadric.linear) + quadric.constant,
+        }
+    }
 }
 
 /// b² − ac as the f64 tier has it, and its bound: for the search for the worst case.
 pub(crate) fn discriminant(ray: &PreparedRay, quadric: &Quadric) -> (f64, f64) {
-    sized_discriminant(ray, quadric, &Sizes::new(ray, quadric))
+    sized_discriminant(&Rounded::new(ray, quadric), &Sizes::new(ray, quadric))
 }
 
 /// b² − ac in f64, and what it may be wrong by.
 #[inline(always)]
-fn sized_discriminant(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> (f64, f64) {
-    let h = ray.origin - quadric.center;
-    let gradient = quadric.half_gradient(h);
-    let a = ray.direction.dot(quadric.times(ray.direction));
-    let b = ray.direction.dot(gradient);
-    let c = h.dot(gradient + quadric.linear) + quadric.constant;
+fn sized_discriminant(&Rounded { a, b, c }: &Rounded, sizes: &Sizes) -> (f64, f64) {
     (b * b - a * c, 21.0 * U * (sizes.b * sizes.b + sizes.a * sizes.c))
 }
 
@@ -306,6 +345,37 @@ mod tests {
         let bowl = Quadric::from_matrix(DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::W * -0.5, DVec4::Z * -0.5));
         assert_eq!(t_of(&ray(dvec3(1.0, 2.0, 9.0), -DVec3::Z), &bowl), Some(4.0));
         assert_eq!(t_of(&ray(dvec3(1.0, 2.0, 1.0), DVec3::Z), &bowl), Some(4.0));
+    }
+
+    #[test]
+    fn what_the_first_tier_misses_has_no_root_within_the_interval() {
+        let mut state = 11_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let mut n_missed_by_interval = 0;
+        for i in 0..60_000 {
+            let q = [[1.0, 4.0, 9.0], [1.0, 1.0, 0.0], [1.0, 1.0, -1.0], [0.0, 0.0, 0.0]][i % 4];
+            let mut surface = diagonal(q, [-1.0, 0.0, 0.25][i % 3], dvec3(random(), random(), random()));
+            if q == [0.0; 3] {
+                surface.linear = dvec3(random(), random(), random());
+            }
+            let (origin, direction) = (3.0 * dvec3(random(), random(), random()), dvec3(random(), random(), random()));
+            let endless = PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap();
+            let Some(t) = t_of(&endless, &surface) else { continue };
+            // Ends at the root, one step from it, and far from it.
+            for (t_min, t_max) in
+                [(0.0, t), (0.0, t.next_up()), (t, 2.0 * t), (t.next_down(), 9.0 * t), (0.0, 0.5 * t), (0.0, 2.0 * t)]
+            {
+                let ray = PreparedRay { t_min, t_max, ..endless };
+                let exact = roots_inside([Bounded::UNKNOWN; 3], t_min, t_max, || exact_coefficients(&ray, &surface));
+                let is_missed = certainly_misses(&ray, &surface, &Sizes::new(&ray, &surface));
+                assert!(!is_missed || first(exact).is_none(), "{ray:?} {surface:?}");
+                n_missed_by_interval += usize::from(is_missed);
+            }
+        }
+        assert!(n_missed_by_interval > 10_000, "{n_missed_by_interval}");
     }
 
     #[test]

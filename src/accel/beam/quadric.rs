@@ -9,6 +9,7 @@ use glam::{DMat3, DVec3};
 
 use super::Beam;
 use crate::numeric::U;
+use crate::numeric::clip::Clip;
 use crate::numeric::interval::Interval;
 use crate::numeric::quadric::Quadric;
 use crate::world::Bounds;
@@ -24,8 +25,14 @@ pub fn ball(center: DVec3, radius: f64) -> Quadric {
 
 impl Beam {
     /// Whether a surface may have a part in the pyramid, all of which is nearer than a depth. `bounds` is the box of what is
-    /// there of it, if it has one, which is known to meet the pyramid.
-    pub(super) fn holds_quadric(&self, surface: &Quadric, bounds: Option<Bounds>, depth: f64) -> bool {
+    /// there of it, if it has one, which is known to meet the pyramid, and `clip` what it is cut to.
+    pub(super) fn holds_quadric(
+        &self,
+        surface: &Quadric,
+        clip: Option<&Clip>,
+        bounds: Option<Bounds>,
+        depth: f64,
+    ) -> bool {
         let [e0, e1, e2, e3] = self.edges;
         let directions = [e0 + e1 + e2 + e3, e1 - e0 + (e2 - e3), e3 - e0 + (e2 - e1), e0 - e1 + (e2 - e3)];
         let directions = directions.map(|direction| 0.25 * direction);
@@ -34,8 +41,11 @@ impl Beam {
             return false;
         }
         // Where the depth of every d is 1, t is depth.
-        let farthest = t_at_most(surface, self.origin, &directions, at_most);
-        if farthest <= 0.0 {
+        let forms = Forms::new(surface, self.origin, &directions);
+        let roots = forms.roots(surface, at_most);
+        let farthest = roots.map_or(f64::INFINITY, |[first, second]| first.hi.max(second.hi));
+        let is_clipped = |clip| roots.is_some_and(|roots| forms.is_clipped(&roots, self.origin, clip));
+        if farthest <= 0.0 || clip.is_some_and(is_clipped) {
             return false;
         }
         depth == f64::INFINITY || farthest < depth || bounds.is_some_and(|bounds| self.is_nearer(&bounds, depth))
@@ -93,38 +103,68 @@ fn largest_on_square([c, p, q]: [f64; 3], [r, s, t]: [f64; 3]) -> f64 {
     on_edge
 }
 
-/// An upper bound of the parameters at which rays of the pyramid meet the surface, D being at most `discriminant`;
-/// infinite where none is found.
-fn t_at_most(surface: &Quadric, origin: DVec3, directions: &[DVec3; 4], discriminant: f64) -> f64 {
-    let [middle, across @ ..] = directions;
-    let reach = across.iter().map(|direction| direction.abs()).sum::<DVec3>();
-    // Four sums of rounded numbers each: one step outwards is not enough, a share of what went in is.
-    let reach = reach + 4.0 * U * (middle.abs() + reach);
-    let d = [0, 1, 2].map(|i| Interval { lo: middle[i] - reach[i], hi: middle[i] + reach[i] });
-    let from = [0, 1, 2].map(|i| Interval::new(origin[i]) - Interval::new(surface.center[i]));
-    let q = matrix(surface);
-    let dot = |a: &[Interval; 3], b: &[Interval; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let bent = |v: &[Interval; 3]| [0, 1, 2].map(|i| dot(&q.row(i).to_array().map(Interval::new), v));
-    let g = surface.linear.to_array().map(Interval::new);
-    let by_form = bent(&from);
-    let gradient = [0, 1, 2].map(|i| by_form[i] + g[i]);
-    let constant = dot(&from, &[0, 1, 2].map(|i| gradient[i] + g[i])) + Interval::new(surface.constant);
-    let slope = dot(&d, &gradient);
-    if q == DMat3::ZERO {
-        // A plane: 2B·t + C = 0.
-        return (-(constant * Interval::new(0.5)) * slope.recip()).hi;
+/// The coefficients of the equation of t, as they may be over all directions of a pyramid.
+struct Forms {
+    directions: [Interval; 3],
+    /// A.
+    square: Interval,
+    /// B.
+    slope: Interval,
+    /// C.
+    constant: Interval,
+}
+
+impl Forms {
+    fn new(surface: &Quadric, origin: DVec3, directions: &[DVec3; 4]) -> Forms {
+        let [middle, across @ ..] = directions;
+        let reach = across.iter().map(|direction| direction.abs()).sum::<DVec3>();
+        // Four sums of rounded numbers each: one step outwards is not enough, a share of what went in is.
+        let reach = reach + 4.0 * U * (middle.abs() + reach);
+        let d = [0, 1, 2].map(|i| Interval { lo: middle[i] - reach[i], hi: middle[i] + reach[i] });
+        let from = [0, 1, 2].map(|i| Interval::new(origin[i]) - Interval::new(surface.center[i]));
+        let q = matrix(surface);
+        let bent = |v: &[Interval; 3]| [0, 1, 2].map(|i| dot(&q.row(i).to_array().map(Interval::new), v));
+        let g = surface.linear.to_array().map(Interval::new);
+        let by_form = bent(&from);
+        let gradient = [0, 1, 2].map(|i| by_form[i] + g[i]);
+        let constant = dot(&from, &[0, 1, 2].map(|i| gradient[i] + g[i])) + Interval::new(surface.constant);
+        Forms { directions: d, square: dot(&d, &bent(&d)), slope: dot(&d, &gradient), constant }
     }
 
-    // (−B ± √D)/A, the larger of the two.
-    let square = dot(&d, &bent(&d));
-    let root = Interval::new(discriminant.sqrt().next_up());
-    if square.lo > 0.0 {
-        ((root - slope) * square.recip()).hi
-    } else if square.hi < 0.0 {
-        ((root + slope) * (-square).recip()).hi
-    } else {
-        f64::INFINITY
+    /// The two parameters at which rays may meet the surface, D being at most `discriminant`: (−B ∓ √D)/A, or twice the only one of a plane. `None` where
+    /// A may be zero, and the larger of them is anywhere.
+    fn roots(&self, surface: &Quadric, discriminant: f64) -> Option<[Interval; 2]> {
+        let Forms { square, slope, constant, .. } = *self;
+        if matrix(surface) == DMat3::ZERO {
+            // 2B·t + C = 0.
+            return Some([-(constant * Interval::new(0.5)) * slope.recip(); 2]);
+        }
+        if square.lo <= 0.0 && square.hi >= 0.0 {
+            return None;
+        }
+        let d = slope * slope - square * constant;
+        let root =
+            Interval { lo: d.lo.max(0.0).sqrt().next_down(), hi: discriminant.min(d.hi).max(0.0).sqrt().next_up() };
+        let reciprocal = square.recip();
+        Some([(-slope - root) * reciprocal, (root - slope) * reciprocal])
     }
+
+    /// Whether the points of both parameters are certain to lie outside of a clip.
+    fn is_clipped(&self, roots: &[Interval; 2], origin: DVec3, clip: &Clip) -> bool {
+        let is_outside = |&t: &Interval| {
+            let to_point = |i: usize| Interval::new(origin[i]) + t * self.directions[i] - Interval::new(clip.center[i]);
+            let point = [0, 1, 2].map(to_point);
+            (0..3).any(|i| {
+                let place = dot(&clip.rows[i].to_array().map(Interval::new), &point);
+                place.hi < clip.lo[i] || place.lo > clip.hi[i]
+            })
+        };
+        roots.iter().all(is_outside)
+    }
+}
+
+fn dot(a: &[Interval; 3], b: &[Interval; 3]) -> Interval {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ impl Accel {
     /// Whether some primitive may have a part in a pyramid, all of which is nearer than a depth; with an infinite depth,
     /// whether there may be anything in it at all. No is certain for every primitive whose box is nearer as a whole; yes
     /// may be wrong. Triangles are cut at the sides, and a sphere or quadric is there where a ray of the pyramid may have a
-    /// root; a quadric that is clipped counts where its box and its whole surface do. A part that goes on behind the depth
+    /// root; one that is clipped, where a root may lie in the clip. A part that goes on behind the depth
     /// is not what is asked for: the surface that is seen through the pyramid is none that is nearer.
     pub fn anything_nearer(&self, world: &World, beam: &Beam, depth: f64) -> bool {
         let beam = beam.thickened(world);
@@ -53,9 +53,12 @@ fn is_held(world: &World, prim: PrimRef, beam: &Beam, depth: f64) -> bool {
     match prim.kind() {
         PrimKind::Sphere => {
             let surface = quadric::ball(world.spheres.centers[row], world.spheres.radii[row]);
-            beam.holds_quadric(&surface, bounds, depth)
+            beam.holds_quadric(&surface, None, bounds, depth)
         }
-        PrimKind::Quadric => beam.holds_quadric(&world.quadrics.surfaces[row], bounds, depth),
+        PrimKind::Quadric => {
+            let clip = world.quadrics.clips.get(row).and_then(Option::as_ref);
+            beam.holds_quadric(&world.quadrics.surfaces[row], clip, bounds, depth)
+        }
         PrimKind::Triangle => beam.holds_triangle(world.triangles.corners(row), depth),
         PrimKind::Instance => {
             let beam = beam.placed(&world.instances, row);
