@@ -87,7 +87,7 @@ impl Batch for AnyQuadric<'_> {
     fn run<S: Simd>(self, _simd: S) {
         let AnyQuadric { world, walk, quadrics, is_hit } = self;
         for prim in quadrics {
-            if world.quadrics.intersect(prim.row(), &walk.ray).is_some() {
+            if world.quadrics.occludes(prim.row(), &walk.ray) {
                 *is_hit = true;
                 return;
             }

@@ -66,7 +66,7 @@ impl Batch for AnyUnbounded<'_> {
     fn run<S: Simd>(self, _simd: S) {
         let AnyUnbounded { accel, world, ray, is_hit } = self;
         for prim in &accel.unbounded {
-            if world.quadrics.intersect(prim.row(), &ray).is_some() {
+            if world.quadrics.occludes(prim.row(), &ray) {
                 *is_hit = true;
                 return;
             }

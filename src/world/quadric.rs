@@ -10,7 +10,7 @@ use super::clip_box::clip_box;
 use super::{Bounds, Hit, MaterialId, ObjectId, PrimKind};
 use crate::numeric::clip::Clip;
 use crate::numeric::prepared::PreparedRay;
-use crate::numeric::quadric::{Quadric, intersect};
+use crate::numeric::quadric::{Quadric, intersect, occludes};
 
 /// Quadrics as columns.
 #[derive(Clone, Debug, Default)]
@@ -69,6 +69,12 @@ impl Quadrics {
         let clip = self.clips.get(row).and_then(Option::as_ref);
         let at = intersect(ray, &self.surfaces[row], clip)?;
         Some(Hit::of_surface(at, PrimKind::Quadric, row))
+    }
+
+    /// Whether a row is hit within the ray's interval.
+    #[inline(always)]
+    pub fn occludes(&self, row: usize, ray: &PreparedRay) -> bool {
+        occludes(ray, &self.surfaces[row], self.clips.get(row).and_then(Option::as_ref))
     }
 
     /// Bytes held.
