@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 
 use super::adaptive::{Foresight, foresee};
 use super::join::Told;
-use super::{Adaptive, Control, Counts, MAX_SPLITS, Sampler, Settings, Spread, Stopped, job, render_into};
+use super::{Adaptive, Control, Counts, Sampler, Settings, Spread, Stopped, job, render_into};
 use crate::accel::Accel;
 use crate::film::Film;
 use crate::world::{Camera, World};
@@ -18,9 +18,6 @@ const FEWEST_SAMPLES: f64 = 4.0;
 
 /// More samples than scene files may ask for are not taken.
 const MAX_SAMPLES: f64 = 65_536.0;
-
-/// The smallest threshold that makes sense: cells of contrast 1 are not divided for less.
-const SMALLEST_THRESHOLD: f64 = 1.0 / (1_u64 << (2 * MAX_SPLITS)) as f64;
 
 /// What is told over what was foreseen, before anything is told: over the scenes in `scenes/` and the course's, adaptive samples have 0.33 to 1.16 of the error foreseen, few
 /// uniform ones 0.4 to 0.75 and more of them up to 0.8. Too low a guess costs another round, too high a one a few samples.
@@ -79,7 +76,8 @@ impl Scales {
         // Where uniform samples were worse than foreseen, the contrasts are larger than the first samples showed.
         let adaptive = self.adaptive_rmse.unwrap_or(FIRST_SCALE.max(self.uniform_rmse.unwrap_or(0.0)));
         let threshold = foresight.threshold(rmse / adaptive);
-        match uniform <= self.adaptive_samples * foresight.samples(threshold) {
+        // Of equals the one whose beams find what hides between samples.
+        match uniform < self.adaptive_samples * foresight.samples(threshold) {
             true => Way::Uniform(uniform as u32),
             false => Way::Adaptive(threshold),
         }
@@ -97,7 +95,7 @@ impl Way {
     fn is_last(self) -> bool {
         match self {
             Way::Uniform(samples) => f64::from(samples) >= MAX_SAMPLES,
-            Way::Adaptive(threshold) => threshold <= SMALLEST_THRESHOLD,
+            Way::Adaptive(threshold) => threshold <= Foresight::SMALLEST_THRESHOLD,
         }
     }
 

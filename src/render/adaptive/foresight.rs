@@ -26,8 +26,8 @@ const DECIDING: f64 = 1.0;
 const COUNTING: f64 = 3.0;
 const PER_DIVISION: f64 = 16.5;
 
-/// Thresholds at most and at least: black and white are told apart, and cells of contrast 1 are not divided for less.
-const THRESHOLDS: [f64; 2] = [1.0 / (1_u64 << (2 * MAX_SPLITS)) as f64, 0.5];
+/// The largest threshold: black and white are told apart.
+const LARGEST_THRESHOLD: f64 = 0.5;
 
 /// Halvings of the range, in octaves, in which a threshold is looked for: to 2⁻¹⁰ of one.
 const HALVINGS: usize = 15;
@@ -48,6 +48,9 @@ impl Default for Foresight {
 }
 
 impl Foresight {
+    /// The smallest threshold that makes sense: cells of contrast 1 are not divided for less.
+    pub const SMALLEST_THRESHOLD: f64 = 1.0 / (1_u64 << (2 * MAX_SPLITS)) as f64;
+
     /// Notes the square of pixels that a sample stands for, by its edge. An edge crosses it along its length, which is as many pixels; what bends by c over its distance bends by
     /// a square less from pixel to pixel, in all of them.
     pub fn note(&mut self, look: &FirstLook, spacing_px: u32) {
@@ -84,9 +87,9 @@ impl Foresight {
 
     /// The largest threshold by which an error is to be expected; the smallest of all if none is small enough.
     pub fn threshold(&self, rmse: f64) -> f64 {
-        let [mut low, mut high] = THRESHOLDS.map(libm::log2);
-        if self.rmse(libm::exp2(high)) <= rmse {
-            return THRESHOLDS[1];
+        let (mut low, mut high) = (libm::log2(Foresight::SMALLEST_THRESHOLD), libm::log2(LARGEST_THRESHOLD));
+        if self.rmse(LARGEST_THRESHOLD) <= rmse {
+            return LARGEST_THRESHOLD;
         }
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -138,7 +141,7 @@ mod tests {
             assert!((foresight.uniform_rmse(samples) / rmse - 1.0).abs() < 1e-12, "{rmse}");
         }
         assert_eq!(foresight.threshold(1.0), 0.5);
-        assert_eq!(foresight.threshold(0.0), THRESHOLDS[0]);
+        assert_eq!(foresight.threshold(0.0), Foresight::SMALLEST_THRESHOLD);
     }
 
     #[test]
