@@ -33,6 +33,12 @@ pub struct Rest {
 }
 
 impl Rest {
+    /// Adds a triangle.
+    #[inline(always)]
+    pub fn push_triangle(&mut self, undescribed: Undescribed) {
+        self.triangles.push(undescribed);
+    }
+
     /// Adds one.
     #[inline(always)]
     pub fn push(&mut self, undescribed: Undescribed) {

@@ -175,7 +175,7 @@ impl<'a, Q: Query> Asked<'a, Q> {
                     Ok(hit) => {
                         walk.begin(simd, ray, hit);
                         if self.accel.has_placements() {
-                            walk.slab = thick_slab(ray, RAY_SPREAD);
+                            walk.slab = thick_slab(walk.ray, RAY_SPREAD);
                         }
                         return Some(ray_idx);
                     }
@@ -192,7 +192,7 @@ impl<'a, Q: Query> Asked<'a, Q> {
         for i in set_bits(is_pending) {
             let axis = longest_axis(self.rays[first + i].direction) as u8;
             // Rays of packets are tame.
-            self.rest.push(Undescribed { ray_idx: (first + i) as u32, pending: pending[i], axis, tame: true });
+            self.rest.push_triangle(Undescribed { ray_idx: (first + i) as u32, pending: pending[i], axis, tame: true });
         }
     }
 

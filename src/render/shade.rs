@@ -355,9 +355,12 @@ fn lit(world: &World, point: &Point, wi: DVec3, intensity: DVec3, faint: f64) ->
 /// is 2⁻²³.
 const LARGEST_WHOLE_EXPONENT: u32 = 1 << 10;
 
-/// cosineˢʰ, with 0⁰ = 1.
+/// cosineˢʰ, with 0⁰ = 1. The exponent 1 needs no power, and is what it gives.
 #[inline]
 fn highlight(cosine: f64, shininess: f64) -> f64 {
+    if shininess == 1.0 {
+        return cosine;
+    }
     // What is no exponent of this kind is another number then.
     let whole = shininess as u32;
     if f64::from(whole) == shininess && whole <= LARGEST_WHOLE_EXPONENT {
