@@ -179,7 +179,7 @@ impl Division {
 
     /// Finds the cells that are to be divided, by what is new.
     fn mark(&mut self, adaptive: &Adaptive) {
-        let Division { tree, sights, thresholds, new, marked, is_marked, hidden, first_looks, .. } = self;
+        let Division { tree, sights, thresholds, new, marked, is_marked, hidden, first_looks, is_empty, .. } = self;
         marked.clear();
         let mut consider = |index: usize, contrast: f32| {
             let cell = tree.cell(index);
@@ -190,6 +190,8 @@ impl Division {
                 && !is_marked[index]
                 && cell.is_leaf()
                 && cell.level < adaptive.max_splits
+                // What is at an edge of the background is in its neighbours alone.
+                && !is_empty[tree.root_of(index)]
                 && tree.is_inside(index)
             {
                 is_marked[index] = true;
