@@ -31,7 +31,7 @@ const AIM: f64 = 0.95;
 const MAX_GAIN: f64 = 8.0;
 
 /// Rounds at most. Ten gains of two are a thousand; where the last divisions allowed do not meet the target, more rounds do not.
-const MAX_ROUNDS: usize = 16;
+const MAX_ROUNDS: u64 = 16;
 
 /// How a round takes its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,10 +127,8 @@ pub fn refine(
     control: &Control,
     film: &mut Film,
 ) -> Result<Counts, Stopped> {
-    let mut total = Counts::default();
     let whole = [camera.width_px, camera.height_px];
-    let (foresight, rays) = foresee(&job(world, accel, camera, settings, control), whole)?;
-    total.rays = rays;
+    let (foresight, mut total) = foresee(&job(world, accel, camera, settings, control), whole)?;
     let mut scales = Scales::FIRST;
     let (mut way, mut before): (Way, Option<Told>) = (scales.way(&foresight, target_rmse), None);
     for number in 1.. {
@@ -142,7 +140,7 @@ pub fn refine(
         scales.learn(&foresight, way, rmse, counts.rays.camera as f64 / settings.region.n_pixels() as f64);
         let told = before.map_or(rmse, |before| before.join(film, rmse));
         total.rmse_estimate = Some(told);
-        if told <= target_rmse || number >= MAX_ROUNDS as u64 || way.is_last() {
+        if told <= target_rmse || number == MAX_ROUNDS || way.is_last() {
             break;
         }
         way = scales.way(&foresight, (AIM * missing_rmse(target_rmse, told)).max(rmse / MAX_GAIN));
@@ -170,7 +168,7 @@ mod tests {
     fn rounds(foresight: &Foresight, target: f64, [uniform, adaptive, more]: [f64; 3]) -> (Vec<Way>, f64) {
         let (mut ways, mut told, mut scales) = (Vec::new(), f64::INFINITY, Scales::FIRST);
         let mut next = target;
-        while told > target && ways.len() < MAX_ROUNDS {
+        while told > target && (ways.len() as u64) < MAX_ROUNDS {
             let way = scales.way(foresight, next);
             let (rmse, samples) = match way {
                 Way::Uniform(n) => (uniform * foresight.uniform_rmse(n.into()), n.into()),

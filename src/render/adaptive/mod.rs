@@ -23,7 +23,7 @@ use super::parts::PartsAsked;
 use super::shade::Shading;
 use super::tile::{Job, Tally};
 use super::trace::{Scene, Wavefront};
-use super::{Adaptive, Counts, RayCounts, Stopped};
+use super::{Adaptive, Counts, Stopped};
 use crate::film::rows::RowsMut;
 use crate::film::{Film, Region};
 use crate::numeric::tally::take_exact_tests;
@@ -96,8 +96,8 @@ pub fn render_blocks(job: &Job, adaptive: &Adaptive, film: &mut Film) -> Result<
 const LOOKING_PX: u32 = 2;
 
 /// Looks at the part of the image that the settings name, with one sample in every other pixel of every other row, which decides and does not
-/// count: what error and how many samples thresholds will come to, and the rays that it took.
-pub fn foresee(job: &Job, [width_px, height_px]: [u32; 2]) -> Result<(Foresight, RayCounts), Stopped> {
+/// count: what error and how many samples thresholds will come to, and what it took.
+pub fn foresee(job: &Job, [width_px, height_px]: [u32; 2]) -> Result<(Foresight, Counts), Stopped> {
     let (settings, decide, adaptive) = (job.settings, deciding(job), Adaptive::new(f64::INFINITY));
     let coarse = |length_px: u32| length_px.div_ceil(LOOKING_PX);
     let Region { x0, y0, x1, y1 } = settings.region;
@@ -108,7 +108,9 @@ pub fn foresee(job: &Job, [width_px, height_px]: [u32; 2]) -> Result<(Foresight,
         look(&Divider { job, scene: &decide, adaptive: &adaptive, spacing_px: LOOKING_PX }, take, &foreseen)
     });
     let foreseen = foreseen.into_inner().unwrap_or_else(PoisonError::into_inner);
-    if outcome.tally.n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok((foreseen, outcome.tally.rays)) }
+    let Tally { rays, exact_tests, n_tiles, .. } = outcome.tally;
+    let counts = Counts { rays, exact_tests, rmse_estimate: None };
+    if n_tiles < blocks.len() as u64 { Err(Stopped) } else { Ok((foreseen, counts)) }
 }
 
 /// The way to the next block.
@@ -133,6 +135,7 @@ fn by_block<'a>(n_threads: usize, blocks: &'a [Region], work: &(dyn Fn(Take<'_, 
 fn look(divider: &Divider, take: Take, foreseen: &Mutex<Foresight>) -> Outcome {
     let mut outcome = Outcome::default();
     let (mut mine, mut division, mut wavefront) = (Foresight::default(), Division::default(), Wavefront::default());
+    take_exact_tests();
     while let Some(block) = take() {
         let before = wavefront.counts.total();
         if division.look(divider, block, &mut wavefront).is_err() {
@@ -148,6 +151,7 @@ fn look(divider: &Divider, take: Take, foreseen: &Mutex<Foresight>) -> Outcome {
     }
     foreseen.lock().unwrap_or_else(PoisonError::into_inner).add(&mine);
     outcome.tally.rays = wavefront.counts;
+    outcome.tally.exact_tests = take_exact_tests();
     outcome
 }
 
