@@ -12,7 +12,7 @@ use super::prepared::PreparedRay;
 use super::quadratic::{ExactCoefficients, first, roots_inside};
 use super::ratio::{Bounded, Parameter};
 use super::tally::count_exact_test;
-use known::{Known, Rounded, Sizes, known, sized_discriminant};
+use known::{Coefficients, Known, known};
 
 /// The points x with (x−c)ᵀQ(x−c) + 2 g·(x−c) + s = 0, for a centre c of the surface's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +146,7 @@ const FRAME_DAMPING: f64 = 1.0 / (1u64 << 40) as f64;
 pub fn intersect(ray: &PreparedRay, quadric: &Quadric, clip: Option<&Clip>) -> Option<Parameter> {
     let mut coefficients = [Bounded::UNKNOWN; 3];
     if ray.tame && quadric.tame {
-        let sizes = Sizes::new(ray, quadric);
+        let sizes = Coefficients::sizes(ray, quadric);
         if known(ray, quadric, &sizes) == Known::Miss {
             return None;
         }
@@ -163,7 +163,7 @@ pub fn intersect(ray: &PreparedRay, quadric: &Quadric, clip: Option<&Clip>) -> O
 #[inline(always)]
 pub fn occludes(ray: &PreparedRay, quadric: &Quadric, clip: Option<&Clip>) -> bool {
     if clip.is_none() && ray.tame && quadric.tame {
-        match known(ray, quadric, &Sizes::new(ray, quadric)) {
+        match known(ray, quadric, &Coefficients::sizes(ray, quadric)) {
             Known::Miss => return false,
             Known::Hit => return true,
             Known::Open => {}
@@ -174,17 +174,17 @@ pub fn occludes(ray: &PreparedRay, quadric: &Quadric, clip: Option<&Clip>) -> bo
 
 /// b² − ac as the f64 tier has it, and its bound: for the search for the worst case.
 pub(crate) fn discriminant(ray: &PreparedRay, quadric: &Quadric) -> (f64, f64) {
-    sized_discriminant(&Rounded::new(ray, quadric), &Sizes::new(ray, quadric))
+    known::discriminant(&Coefficients::rounded(ray, quadric), &Coefficients::sizes(ray, quadric))
 }
 
 /// The coefficients of the double-double tier with their bounds: for the search for the worst case.
 pub(crate) fn bounded_coefficients(ray: &PreparedRay, quadric: &Quadric) -> [Bounded; 3] {
-    double_coefficients(ray, quadric, &Sizes::new(ray, quadric))
+    double_coefficients(ray, quadric, &Coefficients::sizes(ray, quadric))
 }
 
 /// The double-double tier: 15u² for dᵀQd, 20u² for d·(Qh+g), 29u² for the constant, each of the summed magnitudes.
 #[inline(always)]
-fn double_coefficients(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> [Bounded; 3] {
+fn double_coefficients(ray: &PreparedRay, quadric: &Quadric, sizes: &Coefficients) -> [Bounded; 3] {
     let d = ray.direction;
     let h = Double3::difference(ray.origin, quadric.center);
     let linear = Double3::new(quadric.linear);
@@ -307,7 +307,7 @@ mod tests {
                 let ray = PreparedRay { t_min, t_max, ..endless };
                 let exact = roots_inside([Bounded::UNKNOWN; 3], t_min, t_max, || exact_coefficients(&ray, &surface));
                 let is_hit = first(exact).is_some();
-                match known(&ray, &surface, &Sizes::new(&ray, &surface)) {
+                match known(&ray, &surface, &Coefficients::sizes(&ray, &surface)) {
                     Known::Miss => {
                         assert!(!is_hit, "{ray:?} {surface:?}");
                         n_missed += 1;

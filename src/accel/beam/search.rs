@@ -109,8 +109,8 @@ fn is_leaf_held(tree: &WideTree, world: &World, first: usize, tag: Tag, beam: &B
     }
     let rows = first..first + n_prims;
     if tag.kind() == PrimKind::Sphere {
-        let spheres = tree.sphere_rows[rows].iter().map(|&row| PrimRef::new(PrimKind::Sphere, row as usize));
-        return spheres.into_iter().any(|sphere| is_held(world, sphere, beam, depth));
+        let is_sphere_held = |&row: &u32| is_held(world, PrimRef::new(PrimKind::Sphere, row as usize), beam, depth);
+        return tree.sphere_rows[rows].iter().any(is_sphere_held);
     }
     tree.prims[rows].iter().any(|&prim| match prim.kind() {
         PrimKind::Instance => is_placed_held(tree, world, prim.row(), beam, depth),

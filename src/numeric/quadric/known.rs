@@ -1,27 +1,39 @@
 //! The f64 tier of quadrics: what it is certain of.
 
+use glam::DVec3;
+
 use super::Quadric;
 use crate::numeric::U;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::SECOND_ORDER;
 
-/// Sums of the magnitudes of all terms of the three coefficients: what their errors are shares of.
-pub(super) struct Sizes {
+/// a, b and c of the equation: themselves, or what their errors are shares of.
+pub(super) struct Coefficients {
     pub(super) a: f64,
     pub(super) b: f64,
     pub(super) c: f64,
 }
 
-impl Sizes {
+impl Coefficients {
+    /// In f64.
     #[inline(always)]
-    pub(super) fn new(ray: &PreparedRay, quadric: &Quadric) -> Sizes {
-        let magnitudes = quadric.magnitudes();
-        let (d, h) = (ray.direction.abs(), (ray.origin - quadric.center).abs());
-        let gradient = magnitudes.half_gradient(h);
-        Sizes {
-            a: d.dot(magnitudes.times(d)),
+    pub(super) fn rounded(ray: &PreparedRay, quadric: &Quadric) -> Coefficients {
+        Coefficients::of(ray.direction, ray.origin - quadric.center, quadric)
+    }
+
+    /// Sums of the magnitudes of all their terms.
+    #[inline(always)]
+    pub(super) fn sizes(ray: &PreparedRay, quadric: &Quadric) -> Coefficients {
+        Coefficients::of(ray.direction.abs(), (ray.origin - quadric.center).abs(), &quadric.magnitudes())
+    }
+
+    #[inline(always)]
+    fn of(d: DVec3, h: DVec3, quadric: &Quadric) -> Coefficients {
+        let gradient = quadric.half_gradient(h);
+        Coefficients {
+            a: d.dot(quadric.times(d)),
             b: d.dot(gradient),
-            c: h.dot(gradient + magnitudes.linear) + magnitudes.constant,
+            c: h.dot(gradient + quadric.linear) + quadric.constant,
         }
     }
 }
@@ -43,14 +55,15 @@ pub(super) enum Known {
 /// With s the sign of b, the roots are −s·|q|/a and −s·c/|q|, |q| = |b| + √(b² − ac). They are compared with the ends of the interval as
 /// products, each factor as far to one side as its error allows.
 #[inline(always)]
-pub(super) fn known(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> Known {
-    let Rounded { a, b, c } = Rounded::new(ray, quadric);
-    let (discriminant, error) = sized_discriminant(&Rounded { a, b, c }, sizes);
+pub(super) fn known(ray: &PreparedRay, quadric: &Quadric, sizes: &Coefficients) -> Known {
+    let rounded = Coefficients::rounded(ray, quadric);
+    let (discriminant, error) = discriminant(&rounded, sizes);
     if discriminant < -error {
         return Known::Miss;
     }
     let units = |n: f64, size: f64| SECOND_ORDER * n * U * size;
     let (a_error, b_error, c_error) = (units(6.0, sizes.a), units(8.0, sizes.b), units(11.0, sizes.c));
+    let Coefficients { a, b, c } = rounded;
     let b_size = b.abs();
     if !(discriminant > error && b_size > b_error) {
         return Known::Open;
@@ -77,28 +90,8 @@ pub(super) fn known(ray: &PreparedRay, quadric: &Quadric, sizes: &Sizes) -> Know
 /// More than what sums, roots and products of the f64 tier round by after its coefficients, in units of u.
 const ROUNDINGS: f64 = 16.0;
 
-/// The three coefficients in f64.
-pub(super) struct Rounded {
-    pub(super) a: f64,
-    pub(super) b: f64,
-    pub(super) c: f64,
-}
-
-impl Rounded {
-    #[inline(always)]
-    pub(super) fn new(ray: &PreparedRay, quadric: &Quadric) -> Rounded {
-        let h = ray.origin - quadric.center;
-        let gradient = quadric.half_gradient(h);
-        Rounded {
-            a: ray.direction.dot(quadric.times(ray.direction)),
-            b: ray.direction.dot(gradient),
-            c: h.dot(gradient + quadric.linear) + quadric.constant,
-        }
-    }
-}
-
 /// b² − ac in f64, and what it may be wrong by.
 #[inline(always)]
-pub(super) fn sized_discriminant(&Rounded { a, b, c }: &Rounded, sizes: &Sizes) -> (f64, f64) {
-    (b * b - a * c, 21.0 * U * (sizes.b * sizes.b + sizes.a * sizes.c))
+pub(super) fn discriminant(of: &Coefficients, sizes: &Coefficients) -> (f64, f64) {
+    (of.b * of.b - of.a * of.c, 21.0 * U * (sizes.b * sizes.b + sizes.a * sizes.c))
 }
