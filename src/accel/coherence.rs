@@ -2,12 +2,13 @@
 
 use glam::DVec3;
 
-use super::slab::SlabRay;
+use super::slab::{SlabRay, Surroundings};
+use crate::numeric::four::is_ordinary;
 use crate::numeric::lane::{depth_slack, sound_reciprocal};
 use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL, Span};
 use crate::numeric::prepared::{PreparedRay, lanes, tame};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
-use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH};
+use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
 use crate::world::Ray;
 
 /// Lanes of eight rays in a packet.
@@ -48,7 +49,7 @@ pub struct Packet {
 
 /// The packet of sixteen rays; `None` when they are not coherent, or any of them is not an ordinary one.
 #[inline(always)]
-pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
+pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings) -> Option<Packet> {
     let [lo, hi] = common(simd, rays)?;
 
     // Octant. Zeros run upwards, with either sign.
@@ -59,14 +60,17 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<Packet> {
     }
     let (size_lo, size_hi) = (lo.abs(), hi.abs());
     let (smallest, largest) = (-(-size_lo).max(-size_hi), size_lo.max(size_hi));
-    let one = simd.splat64(1.0);
     let t_min = rays.iter().fold(f64::INFINITY, |t_min, ray| if ray.t_min < t_min { ray.t_min } else { t_min });
-    let around = lanes(simd, rays[0].origin).outwards();
-    let sizes = [one / largest, one / smallest];
-    let slab = SlabRay::new::<S>(&around, sizes, downwards as u8, f32_at_most(t_min));
+    let axes = PreparedRay::new(rays[0].origin, rays[0].direction, 0.0, 1.0)?.axes();
+    let [shortest, longest] = [smallest.to_array()[axes[2] % WIDTH64], largest.to_array()[axes[2] % WIDTH64]];
+    if !is_ordinary(rays[0].origin.abs().max_element(), [shortest, longest]) {
+        return None;
+    }
+    let sizes = [smallest, largest];
+    let slab =
+        SlabRay::around(simd, lanes(simd, rays[0].origin), sizes, hi.lt(zero), shortest, f32_at_most(t_min), around);
 
     // Slopes.
-    let axes = PreparedRay::new(rays[0].origin, rays[0].direction, 0.0, 1.0)?.axes();
     let Slopes { middle: slope, dx, dy, reciprocal } = Slopes::new(rays, axes);
     let spans = [span(&dx[0], &dy[0]), span(&dx[1], &dy[1])];
     let spread = farthest(dx.as_flattened()).max(farthest(dy.as_flattened()));

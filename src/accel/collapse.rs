@@ -57,6 +57,7 @@ pub fn collapse(world: &World, groups: &Groups, binary: BinaryTree) -> WideTree 
     let mut tree = WideTree::join(top, &places, pieces);
     tree.fill_columns(world);
     tree.measure_depth();
+    tree.measure_bounds();
     tree
 }
 

@@ -8,12 +8,11 @@ use super::leaf;
 use super::order::Item;
 use super::query::{Any, Closest, Query};
 use super::single::{Mailboxes, Stack};
-use super::walk::{Walk, thick_slab};
+use super::walk::Walk;
 use super::wide::WideTree;
 use super::{Accel, AccelKind};
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Simd};
-use crate::world::instance::RAY_SPREAD;
 use crate::world::{Hit, InstanceId, PrimKind, PrimRef, Ray, World, prim};
 
 /// What one ray or several visited.
@@ -162,10 +161,10 @@ fn walk_below<'a, S: Simd, Q: Countable>(
     row: usize,
     visits: &mut Visits,
 ) -> Option<(bool, Walk, &'a WideTree)> {
-    let ray = world.instances.object_ray(row, &walk.ray)?;
+    let ray = world.instances.object_ray(row, &walk.prepared())?;
     let prototype = &tree.prototypes[world.instances.prototypes[row].idx()];
-    let mut below = Walk::nowhere(simd);
-    below.begin(simd, ray, Hit::MISS);
+    let mut below = Walk::nowhere();
+    below.begin_one(simd, &ray, &prototype.surroundings(0.0, true));
     let mut items = vec![0; prototype.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::default());
     let is_over = traverse_below::<S, Q>(simd, prototype, world, &mut below, &mut stack);
@@ -249,7 +248,8 @@ impl<Q: Countable> Batch for Counted<'_, Q> {
         let tree = &accel.tree;
         let mut items = vec![0; tree.stack_size()];
         let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
-        let mut walk = Walk::nowhere(simd);
+        let mut walk = Walk::nowhere();
+        let around = accel.surroundings();
         let mut rest = Rest::default();
         for (ray_idx, ray) in rays.iter().enumerate() {
             visits[ray_idx] = Visits::default();
@@ -261,16 +261,14 @@ impl<Q: Countable> Batch for Counted<'_, Q> {
                 continue;
             }
             visits[ray_idx].leaves = Q::n_tests(world, accel.unbounded.iter().copied(), &ray);
-            let hit = match Q::begin(simd, accel, world, ray) {
-                Ok(hit) => hit,
+            walk.begin_one(simd, &ray, &around);
+            match Q::begin(simd, accel, world, &walk) {
+                Ok(hit) if hit.is_some() => walk.keep(hit),
+                Ok(_) => {}
                 Err(answer) => {
                     answers[ray_idx] = answer;
                     continue;
                 }
-            };
-            walk.begin(simd, ray, hit);
-            if accel.has_placements() {
-                walk.slab = thick_slab(ray, RAY_SPREAD);
             }
             stack.visits = Visits::default();
             let is_over = traverse::<S, Q>(simd, tree, world, &mut walk, &mut stack);

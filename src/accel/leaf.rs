@@ -69,7 +69,7 @@ impl Batch for ClosestQuadric<'_> {
     fn run<S: Simd>(self, _simd: S) {
         let ClosestQuadric { tree, world, walk, quadrics } = self;
         for prim in quadrics {
-            offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.ray));
+            offer(tree, walk, world.quadrics.intersect(prim.row(), &walk.prepared()));
         }
     }
 }
@@ -86,8 +86,9 @@ impl Batch for AnyQuadric<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
         let AnyQuadric { world, walk, quadrics, is_hit } = self;
+        let ray = walk.prepared();
         for prim in quadrics {
-            if world.quadrics.occludes(prim.row(), &walk.ray) {
+            if world.quadrics.occludes(prim.row(), &ray) {
                 *is_hit = true;
                 return;
             }
@@ -110,7 +111,7 @@ impl Batch for ClosestPlaced<'_> {
         settle(tree, walk);
         for prim in placed {
             let row = prim.row();
-            let Some(ray) = world.instances.object_ray(row, &walk.ray) else { continue };
+            let Some(ray) = world.instances.object_ray(row, &walk.prepared()) else { continue };
             let below = &tree.prototypes[world.instances.prototypes[row].idx()];
             if let Some(hit) = single::closest_below(simd, below, world, ray) {
                 let hit = Hit { instance: InstanceId::new(row), ..hit };
@@ -137,7 +138,7 @@ impl Batch for AnyPlaced<'_> {
         let AnyPlaced { tree, world, walk, placed, is_hit } = self;
         for prim in placed {
             let row = prim.row();
-            let Some(ray) = world.instances.object_ray(row, &walk.ray) else { continue };
+            let Some(ray) = world.instances.object_ray(row, &walk.prepared()) else { continue };
             let below = &tree.prototypes[world.instances.prototypes[row].idx()];
             if single::any_below(simd, below, world, ray) {
                 *is_hit = true;
@@ -161,7 +162,7 @@ fn offer(tree: &WideTree, walk: &mut Walk, hit: Option<Hit>) {
 #[inline(always)]
 pub fn settle(tree: &WideTree, walk: &mut Walk) {
     if let Some(pending) = walk.best.pending
-        && let Some(hit) = pending.intersect(tree, &walk.ray)
+        && let Some(hit) = pending.intersect(tree, &walk.prepared())
     {
         walk.keep(hit);
     }
@@ -183,10 +184,10 @@ impl Batch for ByOne<'_> {
             return;
         }
         // Mostly it is what the ray has just left.
-        if candidate.tag.is_triangles() && triangle::is_behind(&walk.ray, candidate.corners(tree)) {
+        if candidate.tag.is_triangles() && triangle::is_behind(&walk.prepared(), candidate.corners(tree)) {
             return;
         }
-        offer(tree, walk, candidate.intersect(tree, &walk.ray));
+        offer(tree, walk, candidate.intersect(tree, &walk.prepared()));
     }
 }
 
@@ -200,12 +201,12 @@ fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u
     }
     // Most of what is left lies behind the best hit.
     let (t_low, t_high) = walk.lane.t_ranges(simd, &edges);
-    let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below));
+    let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below()));
     open &= !outside.bits();
     if open == 0 {
         return;
     }
-    let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
+    let within = simd.splat(walk.lane.t_min_above()).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below()));
     let certain = (edges.certain() & within).bits();
     let (t_low, t_high) = (t_low.to_array(), t_high.to_array());
     for lane in set_bits(open) {
@@ -233,12 +234,12 @@ fn any_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, n_pr
         return false;
     }
     let (t_low, t_high) = walk.lane.t_ranges(simd, &edges);
-    let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below));
+    let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below()));
     open &= !outside.bits();
     if open == 0 {
         return false;
     }
-    let within = simd.splat(walk.lane.t_min_above).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below));
+    let within = simd.splat(walk.lane.t_min_above()).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below()));
     let mut is_hit = open & (edges.certain() & within).bits() != 0;
     if !is_hit {
         simd.apart(AnyByOne { tree, walk, first, n_prims, open, is_hit: &mut is_hit });
@@ -260,9 +261,10 @@ impl Batch for AnyByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
         let AnyByOne { tree, walk, first, n_prims, open, is_hit } = self;
+        let ray = walk.prepared();
         for lane in set_bits(open) {
             let corners = tree.corners_of(first as usize, n_prims, lane);
-            if !triangle::is_behind(&walk.ray, corners) && triangle::occludes(&walk.ray, corners) {
+            if !triangle::is_behind(&ray, corners) && triangle::occludes(&ray, corners) {
                 *is_hit = true;
                 return;
             }

@@ -22,6 +22,7 @@ mod morton;
 mod order;
 mod packet;
 mod query;
+mod ready;
 mod single;
 mod slab;
 mod sliver;
@@ -38,10 +39,12 @@ use rayon::prelude::*;
 
 use crate::BARE;
 use crate::simd::{Batch, Isa, Simd};
+use crate::world::instance::RAY_SPREAD;
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use area::Scale;
 use packet::PacketQuery;
 use query::{Any, Asked, Closest, Todo};
+use slab::Surroundings;
 use wide::WideTree;
 
 pub use beam::Beam;
@@ -181,6 +184,13 @@ impl Accel {
         Accel { kind, isa: Isa::detect(), mode: Mode::default(), tree, unbounded }
     }
 
+    /// What rays meet.
+    #[inline(always)]
+    fn surroundings(&self) -> Surroundings {
+        let thickness = if self.has_placements() { RAY_SPREAD } else { 0.0 };
+        self.tree.surroundings(thickness, self.unbounded.is_empty())
+    }
+
     /// Whether anything is placed: rays are then tested against boxes of the world as if they were thicker.
     #[inline]
     fn has_placements(&self) -> bool {
@@ -274,6 +284,9 @@ fn bounds_of(prim: PrimRef, world: &World) -> Bounds {
 impl<Q: PacketQuery> Batch for Asked<'_, Q> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
+        if self.accel.kind == AccelKind::Linear {
+            return self.scan();
+        }
         let todo = if self.accel.mode == Mode::Packet && self.accel.has_packets() {
             Todo::Some(packet::run(simd, &mut self).into_iter())
         } else {

@@ -56,12 +56,13 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
     let tree = &asked.accel.tree;
     let mut items = vec![0; tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
+    let around = asked.accel.surroundings();
     let mut others = Vec::with_capacity(asked.rays.len());
     let n_rays = asked.rays.len();
     let mut first = 0;
     while first < n_rays {
         let rays = asked.rays[first..].first_chunk::<N_RAYS>();
-        let coherent = rays.and_then(|rays| packet(simd, rays));
+        let coherent = rays.and_then(|rays| packet(simd, rays, &around));
         let (Some(rays), Some(packet)) = (rays, coherent) else {
             let end = n_rays.min(first + N_RAYS);
             others.extend(first as u32..end as u32);

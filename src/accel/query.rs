@@ -2,12 +2,13 @@
 
 use super::describe::{Rest, Undescribed};
 use super::leaf;
-use super::walk::{Pending, Walk, thick_slab};
+use super::ready::Four;
+use super::slab::Surroundings;
+use super::walk::{Pending, Walk};
 use super::wide::{Tag, WideTree};
-use super::{Accel, AccelKind, linear};
+use super::{Accel, linear};
 use crate::numeric::prepared::{PreparedRay, longest_axis};
-use crate::simd::{Simd, set_bits};
-use crate::world::instance::RAY_SPREAD;
+use crate::simd::{Simd, WIDTH64, set_bits};
 use crate::world::{Hit, Ray, World};
 
 /// What a batch asks.
@@ -21,7 +22,7 @@ pub trait Query {
     fn scan(world: &World, ray: &PreparedRay) -> Self::Answer;
 
     /// Asks the primitives outside of the tree: a hit to begin the walk with, or the answer where none is needed.
-    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: PreparedRay) -> Result<Hit, Self::Answer>;
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, walk: &Walk) -> Result<Hit, Self::Answer>;
 
     /// Tests a leaf; whether the walk is over.
     fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
@@ -51,8 +52,8 @@ impl Query for Closest {
     }
 
     #[inline(always)]
-    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: PreparedRay) -> Result<Hit, Hit> {
-        Ok(accel.closest_unbounded(simd, world, ray))
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, walk: &Walk) -> Result<Hit, Hit> {
+        Ok(accel.closest_unbounded(simd, world, walk))
     }
 
     #[inline(always)]
@@ -66,7 +67,7 @@ impl Query for Closest {
         match walk.best.pending {
             None => Ok(walk.best.hit),
             Some(pending) => {
-                Err(Undescribed { ray_idx: ray_idx as u32, pending, axis: walk.ray.axis as u8, tame: walk.ray.tame })
+                Err(Undescribed { ray_idx: ray_idx as u32, pending, axis: walk.lane.axis() as u8, tame: walk.tame })
             }
         }
     }
@@ -87,8 +88,8 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, ray: PreparedRay) -> Result<Hit, bool> {
-        if accel.is_any_unbounded(simd, world, ray) { Err(true) } else { Ok(Hit::MISS) }
+    fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, walk: &Walk) -> Result<Hit, bool> {
+        if accel.is_any_unbounded(simd, world, walk) { Err(true) } else { Ok(Hit::MISS) }
     }
 
     #[inline(always)]
@@ -122,12 +123,32 @@ impl Todo {
         }
     }
 
+    /// The next up to four, and how many they are; the others repeat the first.
     #[inline(always)]
-    fn next(&mut self) -> Option<usize> {
-        match self {
-            Todo::Run(range) => range.next(),
-            Todo::Some(places) => places.next().map(|place| place as usize),
+    fn next_four(&mut self) -> Option<([u32; WIDTH64], usize)> {
+        let n = self.len().min(WIDTH64);
+        if n == 0 {
+            return None;
         }
+        let mut four = [0; WIDTH64];
+        match self {
+            Todo::Run(range) => {
+                let first = range.start as u32;
+                range.start += n;
+                for (lane, place) in four.iter_mut().enumerate() {
+                    *place = first + if lane < n { lane as u32 } else { 0 };
+                }
+            }
+            Todo::Some(places) => {
+                let next = places.as_slice();
+                for (lane, place) in four.iter_mut().enumerate() {
+                    *place = next[if lane < n { lane } else { 0 }];
+                }
+                // As many as there are.
+                places.by_ref().take(n).for_each(drop);
+            }
+        }
+        Some((four, n))
     }
 }
 
@@ -143,6 +164,9 @@ pub struct Asked<'a, Q: Query> {
     pub answers: &'a mut [Q::Answer],
     /// Places of rays that are still to be started.
     todo: Todo,
+    /// The next of them.
+    four: Four,
+    around: Surroundings,
     /// Rays whose answers are still to be described.
     rest: Rest,
 }
@@ -150,7 +174,16 @@ pub struct Asked<'a, Q: Query> {
 impl<'a, Q: Query> Asked<'a, Q> {
     /// Nothing started yet.
     pub fn new(accel: &'a Accel, world: &'a World, rays: &'a [Ray], answers: &'a mut [Q::Answer]) -> Asked<'a, Q> {
-        Asked { accel, world, rays, answers, todo: Todo::Run(0..0), rest: Rest::default() }
+        Asked {
+            accel,
+            world,
+            rays,
+            answers,
+            todo: Todo::Run(0..0),
+            four: Four::NONE,
+            around: accel.surroundings(),
+            rest: Rest::default(),
+        }
     }
 
     /// Says which rays are to be started, in this order.
@@ -164,26 +197,44 @@ impl<'a, Q: Query> Asked<'a, Q> {
         self.todo.len()
     }
 
-    /// Prepares the next ray that has to walk, and says its place in the batch; those before that need not are answered.
+    /// Takes the next ray that has to walk, and says its place in the batch.
     #[inline(always)]
     pub fn start<S: Simd>(&mut self, simd: S, walk: &mut Walk) -> Option<usize> {
-        while let Some(ray_idx) = self.todo.next() {
-            self.answers[ray_idx] = match self.rays[ray_idx].prepare_with(simd) {
-                None => Q::NOTHING,
-                Some(ray) if self.accel.kind == AccelKind::Linear => Q::scan(self.world, &ray),
-                Some(ray) => match Q::begin(simd, self.accel, self.world, ray) {
-                    Ok(hit) => {
-                        walk.begin(simd, ray, hit);
-                        if self.accel.has_placements() {
-                            walk.slab = thick_slab(walk.ray, RAY_SPREAD);
-                        }
-                        return Some(ray_idx);
+        loop {
+            let Some((lane, ray_idx)) = self.four.next() else {
+                if !self.fill(simd) {
+                    return None;
+                }
+                continue;
+            };
+            walk.begin(&self.four, lane, &self.rays[ray_idx]);
+            match Q::begin(simd, self.accel, self.world, walk) {
+                Ok(hit) => {
+                    if hit.is_some() {
+                        walk.keep(hit);
                     }
-                    Err(answer) => answer,
-                },
+                    return Some(ray_idx);
+                }
+                Err(answer) => self.answers[ray_idx] = answer,
             }
         }
-        None
+    }
+
+    /// Makes the next rays ready; whether there were any.
+    #[inline(always)]
+    fn fill<S: Simd>(&mut self, simd: S) -> bool {
+        let Some((places, n)) = self.todo.next_four() else { return false };
+        for lane in set_bits(self.four.fill(simd, self.rays, places, n, &self.around)) {
+            self.answers[places[lane % WIDTH64] as usize] = Q::NOTHING;
+        }
+        true
+    }
+
+    /// Answers all rays by the full scan.
+    pub fn scan(&mut self) {
+        for (ray, answer) in self.rays.iter().zip(self.answers.iter_mut()) {
+            *answer = ray.prepare().map_or(Q::NOTHING, |ray| Q::scan(self.world, &ray));
+        }
     }
 
     /// Notes triangles that rays of a packet, the first being at `first`, have certainly hit.

@@ -39,7 +39,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let (accel, world) = (asked.accel, asked.world);
     let mut items = vec![0; accel.tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(&accel.tree));
-    let mut walk = Walk::nowhere(simd);
+    let mut walk = Walk::nowhere();
     while let Some(ray_idx) = asked.start(simd, &mut walk) {
         let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
         asked.end(&walk, is_over, ray_idx);
@@ -66,8 +66,8 @@ pub fn any_below<S: Simd>(simd: S, below: &WideTree, world: &World, ray: Prepare
 /// Walks the tree of a prototype; whether the query was over before its end, and the walk.
 #[inline(always)]
 fn walk_below<S: Simd, Q: Query>(simd: S, below: &WideTree, world: &World, ray: PreparedRay) -> (bool, Walk) {
-    let mut walk = Walk::nowhere(simd);
-    walk.begin(simd, ray, Hit::MISS);
+    let mut walk = Walk::nowhere();
+    walk.begin_one(simd, &ray, &below.surroundings(0.0, true));
     let (mut few, mut many) = ([0; FEW_ITEMS], Vec::new());
     let n_items = below.stack_size();
     let items = if n_items <= FEW_ITEMS {

@@ -1,11 +1,13 @@
 //! Eight boxes against one ray, conservatively: a box that holds a point of the ray is never missed.
 //!
-//! Boxes are f32, rays f64. Every rounding is turned outwards before the loop, so that the loop itself is the plain
-//! slab test (Kay and Kajiya 1986): the origin is rounded up for one plane and down for the other, the inverse
-//! direction towards zero for the near planes and away from it for the far ones, each with a margin of
-//! [`INVERSE_MARGIN`] for the subtraction and the product. The bound is derived in `docs/NUMERICS.md`.
+//! Boxes are f32, rays f64. The slab test (Kay and Kajiya 1986) takes one multiply-add per plane: t = plane·i + c, where
+//! c = −origin·i is found in f64 and rounded. All roundings are turned outwards before the loop: the inverse direction
+//! i is taken by [`INVERSE_MARGIN`] smaller for near planes and larger for far ones, the ray is made thicker by
+//! [`ORIGIN_MARGIN`] of its origin. The bound is derived in `docs/NUMERICS.md`.
 
-use crate::simd::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH64};
+use crate::numeric::four::FourRays;
+use crate::simd::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH64, bytes_of_bits};
+use crate::world::Bounds;
 
 /// Children of a node.
 pub const WIDTH: usize = crate::simd::WIDTH;
@@ -18,22 +20,51 @@ pub struct Slabs {
     pub planes: [[[f32; WIDTH]; 2]; 3],
 }
 
-/// Relative margin of the inverse direction: 2⁻²¹ covers three roundings of 2⁻²⁴ each: of the inverse itself, of the
-/// subtraction and of the product.
+/// Relative margin of the inverse direction. Three roundings of 2⁻²⁴ are to be covered: of the inverse, of the product
+/// where it is not fused, and of the sum.
 const INVERSE_MARGIN: f64 = 1.0 / (1 << 21) as f64;
 
-/// A ray as the box test wants it; the last number of each array is not used.
+/// What the origin is taken to be wrong by, as a share of itself: the same roundings of plane·i and c, of which only the
+/// origin is left where they cancel, are below 3·2⁻²⁴ of it.
+const ORIGIN_MARGIN: f64 = 1.0 / (1 << 22) as f64;
+
+/// Components of a direction below this share of the longest are taken to be as large, so that no inverse leaves f32.
+const SMALLEST_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// A ray as the box test wants it: three numbers by axis, in fours as they are written.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct SlabRay {
-    near_origin: [f32; WIDTH64],
-    far_origin: [f32; WIDTH64],
+    /// Inverse directions for near planes; and the lower end of the interval, rounded down.
     near_inverse: [f32; WIDTH64],
+    /// The same for far planes; the last is not used, here and below.
     far_inverse: [f32; WIDTH64],
-    t_min: f32,
-    /// Whether the ray runs down an axis.
-    runs_down: [bool; 3],
+    near_offset: [f32; WIDTH64],
+    far_offset: [f32; WIDTH64],
     /// Bit k is set where the ray runs down axis k.
     pub octant: u8,
+}
+
+/// What boxes rays are for.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings {
+    /// The box around all boxes.
+    pub bounds: Bounds,
+    /// Its largest coordinate.
+    reach: f64,
+    /// How much thicker rays are taken to be than they are, as a share of the largest coordinate of their origin.
+    thickness: f64,
+    /// Whether nothing lies outside of it.
+    pub is_all: bool,
+}
+
+impl Surroundings {
+    /// Boxes within these bounds, for rays that are so much thicker.
+    #[inline(always)]
+    pub fn new(bounds: Bounds, thickness: f64, is_all: bool) -> Surroundings {
+        let reach = bounds.lo.abs().max_element().max(bounds.hi.abs().max_element());
+        Surroundings { bounds, reach: reach.into(), thickness, is_all }
+    }
 }
 
 impl Slabs {
@@ -44,38 +75,146 @@ impl Slabs {
     };
 }
 
-impl SlabRay {
-    /// Rays of one octant, their origins lying between two points and their inverse directions between two in
-    /// magnitude, where −0.0 counts as 0.0: a parallel ray is treated as running upwards on every axis. `t_min` must be
-    /// rounded downwards.
+/// One axis of some rays.
+struct Axis<F> {
+    near_inverse: F,
+    far_inverse: F,
+    near_offset: F,
+    far_offset: F,
+}
+
+/// What the axes of a ray share.
+struct Common<F> {
+    /// A component of the direction is taken to be at least this.
+    least: F,
+    /// No box of the tree is met behind this.
+    beyond: F,
+    thickness: F,
+}
+
+impl<F: F64Lanes> Common<F> {
     #[inline(always)]
-    pub fn new<S: Simd>(origin: &[[f32; WIDTH64]; 2], sizes: [S::F64; 2], octant: u8, t_min: f32) -> SlabRay {
-        // Away from zero may overflow to ∞: 0·∞ = NaN is then ignored by the comparisons. Towards zero stays finite,
-        // since ∞ would be no lower bound.
-        let [near, _] = (sizes[0] * sizes[0].same(1.0 - INVERSE_MARGIN)).outwards();
-        let [_, far] = (sizes[1] * sizes[1].same(1.0 + INVERSE_MARGIN)).outwards();
-        let mut slab_ray = SlabRay {
-            near_origin: [0.0; WIDTH64],
-            far_origin: [0.0; WIDTH64],
-            near_inverse: [0.0; WIDTH64],
-            far_inverse: [0.0; WIDTH64],
-            // −0.0 would make a key that is greater than all others.
-            t_min: t_min + 0.0,
-            runs_down: [octant & 1 != 0, octant & 2 != 0, octant & 4 != 0],
-            octant: octant & 0b111,
-        };
-        // Four at a time and without branches, the last for nothing.
-        for axis in 0..WIDTH64 {
-            let runs_down = octant >> axis & 1 == 1;
-            let sign = u32::from(octant >> axis & 1) << 31;
-            let [down, up] = [origin[0][axis], origin[1][axis]];
-            slab_ray.near_origin[axis] = if runs_down { down } else { up };
-            slab_ray.far_origin[axis] = if runs_down { up } else { down };
-            let near = if near[axis] < f32::MAX { near[axis] } else { f32::MAX };
-            slab_ray.near_inverse[axis] = f32::from_bits(near.to_bits() ^ sign);
-            slab_ray.far_inverse[axis] = f32::from_bits(far[axis].to_bits() ^ sign);
+    fn new<S: Simd<F64 = F>>(simd: S, longest: F, farthest: F, around: &Surroundings) -> Common<F> {
+        let reach = (farthest + simd.splat64(around.reach)) * simd.splat64(2.0);
+        Common {
+            least: longest * simd.splat64(SMALLEST_SHARE),
+            beyond: reach / longest,
+            thickness: farthest * simd.splat64(around.thickness),
         }
-        slab_ray
+    }
+
+    /// An axis of rays that start at `origin` and run along it by between `sizes` in magnitude.
+    #[inline(always)]
+    fn axis<S: Simd<F64 = F>>(&self, simd: S, origin: F, sizes: [F; 2], runs_down: F::Mask) -> Axis<F> {
+        let one = simd.splat64(1.0);
+        let near = one / sizes[1].max(self.least) * simd.splat64(1.0 - INVERSE_MARGIN);
+        let far = one / sizes[0].max(self.least) * simd.splat64(1.0 + INVERSE_MARGIN);
+        // Seen along the ray: the planes lie ahead where they are larger.
+        let sign = (-one).select(runs_down, one);
+        let ahead = origin * sign;
+        let margin = origin.abs().mul_add(simd.splat64(ORIGIN_MARGIN), self.thickness);
+        // Where the inverse is less than it should be, no box is left behind that the ray meets at all.
+        let underflow = simd.splat64(f32::MIN_POSITIVE.into());
+        let extra = self.beyond.select(sizes[0].lt(self.least), underflow);
+        let largest = simd.splat64(f32::MAX.into());
+        Axis {
+            near_inverse: near * sign,
+            far_inverse: far * sign,
+            near_offset: (-near).mul_add(ahead + margin, -underflow).min(largest),
+            far_offset: far.mul_add(margin - ahead, extra).max(-largest),
+        }
+    }
+}
+
+impl SlabRay {
+    /// A ray of which nothing is known: every box may be met, but no unused slot.
+    #[inline(always)]
+    pub const fn everywhere(t_min: f32) -> SlabRay {
+        // The smallest inverse turns a finite plane into at most 4, and an infinite one into itself.
+        let [inverse, offset] = [f32::MIN_POSITIVE, f32::MAX];
+        SlabRay {
+            near_inverse: [inverse, inverse, inverse, t_min + 0.0],
+            far_inverse: [inverse; WIDTH64],
+            near_offset: [-offset; WIDTH64],
+            far_offset: [offset; WIDTH64],
+            octant: 0,
+        }
+    }
+
+    /// Four ordinary rays, with `t_min` rounded downwards and never −0.0, which would make a key that is greater than all others;
+    /// which of them may meet the box around all comes back, one bit each.
+    #[inline(always)]
+    pub fn four<S: Simd>(
+        simd: S,
+        rays: &FourRays<S::F64>,
+        t_min: [f32; WIDTH64],
+        around: &Surroundings,
+        to: &mut [SlabRay; WIDTH64],
+    ) -> u32 {
+        let common = Common::new(simd, rays.longest, rays.farthest(), around);
+        let zero = simd.splat64(0.0);
+        let (mut t_near, mut t_far) = (rays.t_min, rays.t_max);
+        let (mut columns, mut octants) = ([[[0.0; WIDTH64]; 4]; 4], 0);
+        for axis in 0..3 {
+            // −0.0 is not below 0: a parallel ray is taken to run upwards.
+            let runs_down = rays.direction[axis].lt(zero);
+            let size = rays.sizes[axis];
+            let numbers = common.axis(simd, rays.origin[axis], [size, size], runs_down);
+            let (lo, hi) = (simd.splat64(around.bounds.lo[axis].into()), simd.splat64(around.bounds.hi[axis].into()));
+            let (near, far) = (hi.select(runs_down, lo), lo.select(runs_down, hi));
+            t_near = near.mul_add(numbers.near_inverse, numbers.near_offset).max(t_near);
+            t_far = far.mul_add(numbers.far_inverse, numbers.far_offset).min(t_far);
+            columns[0][axis] = numbers.near_inverse.to_f32();
+            columns[1][axis] = numbers.far_inverse.to_f32();
+            columns[2][axis] = numbers.near_offset.to_f32();
+            columns[3][axis] = numbers.far_offset.to_f32();
+            octants |= bytes_of_bits(runs_down.bits()) << axis;
+        }
+        columns[0][3] = t_min;
+        let near_inverse = simd.rows32(columns[0]);
+        let far_inverse = simd.rows32(columns[1]);
+        let near_offset = simd.rows32(columns[2]);
+        let far_offset = simd.rows32(columns[3]);
+        let octants = octants.to_le_bytes();
+        for lane in 0..WIDTH64 {
+            to[lane] = SlabRay {
+                near_inverse: near_inverse[lane],
+                far_inverse: far_inverse[lane],
+                near_offset: near_offset[lane],
+                far_offset: far_offset[lane],
+                octant: octants[lane],
+            };
+        }
+        t_near.le(t_far).bits()
+    }
+
+    /// Rays of one origin and one octant, by axis in lanes, whose directions lie between two in magnitude, where −0.0 counts as
+    /// 0.0: a parallel ray is taken to run upwards on every axis. No direction is shorter than `longest` along the axis that
+    /// is longest for all; `t_min` must be rounded downwards.
+    #[inline(always)]
+    pub fn around<S: Simd>(
+        simd: S,
+        origin: S::F64,
+        sizes: [S::F64; 2],
+        runs_down: <S::F64 as F64Lanes>::Mask,
+        longest: f64,
+        t_min: f32,
+        around: &Surroundings,
+    ) -> SlabRay {
+        let [x, y, z, _] = origin.abs().to_array();
+        let farthest = x.max(y).max(z);
+        let common = Common::new(simd, simd.splat64(longest), simd.splat64(farthest), around);
+        let numbers = common.axis(simd, origin, sizes, runs_down);
+        let octant = runs_down.bits() & 0b111;
+        let mut slab = SlabRay {
+            near_inverse: numbers.near_inverse.to_f32(),
+            far_inverse: numbers.far_inverse.to_f32(),
+            near_offset: numbers.near_offset.to_f32(),
+            far_offset: numbers.far_offset.to_f32(),
+            octant: octant as u8,
+        };
+        slab.near_inverse[3] = t_min + 0.0;
+        slab
     }
 
     /// Tests eight boxes against the part of the ray up to `t_max`, which must be rounded upwards. The answer is, for each
@@ -83,17 +222,12 @@ impl SlabRay {
     /// the ray.
     #[inline(always)]
     pub fn hits<S: Simd>(&self, simd: S, slabs: &Slabs, t_max: f32) -> (S::F32, u32) {
-        // The smallest normal number covers products that underflow.
-        let underflow = simd.splat(f32::MIN_POSITIVE);
-        let mut t_near = simd.splat(self.t_min);
+        let mut t_near = simd.splat(self.near_inverse[3]);
         let mut t_far = simd.splat(t_max);
         for axis in 0..3 {
-            // A bool is an index that needs no check.
-            let (planes, runs_down) = (&slabs.planes[axis], self.runs_down[axis]);
-            let (near, far) = (simd.load(&planes[usize::from(runs_down)]), simd.load(&planes[usize::from(!runs_down)]));
-            let enter = (near - simd.splat(self.near_origin[axis])) * simd.splat(self.near_inverse[axis]);
-            let leave =
-                (far - simd.splat(self.far_origin[axis])).mul_add(simd.splat(self.far_inverse[axis]), underflow);
+            let [near, far] = simd.load_pair(&slabs.planes[axis], usize::from(self.octant) >> axis);
+            let enter = near.mul_add(simd.splat(self.near_inverse[axis]), simd.splat(self.near_offset[axis]));
+            let leave = far.mul_add(simd.splat(self.far_inverse[axis]), simd.splat(self.far_offset[axis]));
             // A NaN leaves the bound as it is.
             t_near = enter.max(t_near);
             t_far = leave.min(t_far);
@@ -105,11 +239,10 @@ impl SlabRay {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::walk::Walk;
+    use crate::accel::ready::Four;
     use crate::numeric::prepared::PreparedRay;
     use crate::simd::Portable;
-    use crate::world::Hit;
-    use glam::{DVec3, dvec3};
+    use glam::{DVec3, Vec3, dvec3};
 
     fn slabs(lo: [f32; 3], hi: [f32; 3]) -> Slabs {
         let mut slabs = Slabs::EMPTY;
@@ -122,9 +255,11 @@ mod tests {
 
     fn mask(origin: DVec3, direction: DVec3, slabs: &Slabs) -> u32 {
         let ray = PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap();
-        let mut walk = Walk::nowhere(Portable);
-        walk.begin(Portable, ray, Hit::MISS);
-        walk.slab.hits(Portable, slabs, f32::INFINITY).1
+        let corner = |side: usize| Vec3::from_array(slabs.planes.map(|planes| planes[side][3]));
+        let (lo, hi) = (corner(0), corner(1));
+        let bounds = if lo.x <= hi.x { Bounds { lo, hi } } else { Bounds { lo: Vec3::ZERO, hi: Vec3::ONE } };
+        let four = Four::one(Portable, &ray, &Surroundings::new(bounds, 0.0, true));
+        four.slabs[0].hits(Portable, slabs, f32::INFINITY).1
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::order::{self, Item};
 use super::query::{Asked, Query};
 use super::single::Mailboxes;
 use super::walk::Walk;
-use super::wide::{N_COORDINATES, WideTree};
+use super::wide::{N_COORDINATES, WideNode, WideTree};
 use crate::simd::{Simd, WIDTH, set_bits};
 
 /// Rays in flight at most: enough to cover a fetch from memory.
@@ -56,11 +56,21 @@ pub fn can_run(tree: &WideTree) -> bool {
 /// Walks all rays of a batch.
 #[inline(always)]
 pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
+    if size_of_val(asked.accel.tree.nodes.as_slice()) <= SMALL_TREE {
+        fly::<S, Q, false>(simd, asked, FEW_IN_FLIGHT);
+    } else {
+        fly::<S, Q, true>(simd, asked, IN_FLIGHT);
+    }
+}
+
+/// Walks all rays, so many at a time; memory is only asked for ahead of time where the tree is `LARGE`.
+#[inline(always)]
+fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_flights: usize) {
     let (accel, world) = (asked.accel, asked.world);
     let tree = &accel.tree;
     let mut mailboxes = Mailboxes::new(tree);
     let nowhere = Flight {
-        walk: Walk::nowhere(simd),
+        walk: Walk::nowhere(),
         item: Item::ROOT,
         n_items: 0,
         ray_idx: 0,
@@ -68,9 +78,8 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
         is_over: false,
         stack: [0; STACK_SIZE + WIDTH],
     };
-    let is_small = size_of_val(tree.nodes.as_slice()) <= SMALL_TREE;
-    let n_flights = if is_small { FEW_IN_FLIGHT } else { IN_FLIGHT };
-    let mut flights = vec![nowhere; n_flights.min(asked.n_left())];
+    let n_flights = n_flights.min(asked.n_left());
+    let mut flights = vec![nowhere; n_flights];
     let is_empty = tree.nodes.is_empty();
     let mut at = Places::default();
     let mut number = 0;
@@ -79,13 +88,14 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
         at.begin(i, is_empty, flight.begin(simd, asked, number));
     }
 
+    let nodes = tree.nodes.as_slice();
     while at.nodes | at.leaves | at.ended != 0 {
         // Nodes: first all boxes, which takes no branch that could go wrong, then what to do next.
         for i in set_bits(at.nodes) {
-            flights[i].push_children(simd, tree);
+            flights[i].push_children(simd, nodes);
         }
         for i in set_bits(std::mem::take(&mut at.nodes)) {
-            flights[i].advance(simd, tree, &mut at, i);
+            flights[i].advance::<S, LARGE>(simd, tree, &mut at, i);
         }
 
         // Leaves.
@@ -98,7 +108,7 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
             if flight.is_over {
                 at.ended |= 1 << i;
             } else {
-                flight.advance(simd, tree, &mut at, i);
+                flight.advance::<S, LARGE>(simd, tree, &mut at, i);
             }
         }
 
@@ -133,8 +143,8 @@ impl Flight {
     }
 
     #[inline(always)]
-    fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree) {
-        let node = &tree.nodes[self.item.child() as usize];
+    fn push_children<S: Simd>(&mut self, simd: S, nodes: &[WideNode]) {
+        let node = &nodes[self.item.child() as usize];
         // `can_run` has seen to it that the stack suffices.
         let room = &mut self.stack[self.n_items % STACK_SIZE..];
         self.n_items += order::pack_children(simd, node, &self.walk.slab, self.walk.t_max, room);
@@ -142,7 +152,7 @@ impl Flight {
 
     /// Goes on to the next item, asks for its memory, and notes before what the ray then stands.
     #[inline(always)]
-    fn advance<S: Simd>(&mut self, simd: S, tree: &WideTree, at: &mut Places, i: usize) {
+    fn advance<S: Simd, const LARGE: bool>(&mut self, simd: S, tree: &WideTree, at: &mut Places, i: usize) {
         let Some(item) = order::pop(&self.stack, &mut self.n_items, self.walk.limit) else {
             at.ended |= 1 << i;
             return;
@@ -150,8 +160,11 @@ impl Flight {
         self.item = item;
         let child = item.child() as usize;
         let is_leaf = item.tag().n_prims() > 0;
-        // A leaf of another kind asks for memory in vain.
-        simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, if is_leaf { N_COORDINATES * child } else { child });
+        if LARGE {
+            // A leaf of another kind asks for memory in vain.
+            let row = if is_leaf { N_COORDINATES * child } else { child };
+            simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, row);
+        }
         at.leaves |= u32::from(is_leaf) << i;
         at.nodes |= u32::from(!is_leaf) << i;
     }

@@ -3,20 +3,23 @@
 use glam::{DVec3, Vec3};
 
 use super::order::Item;
-use super::slab::SlabRay;
+use super::ready::Four;
+use super::slab::{SlabRay, Surroundings};
 use super::wide::{Tag, WideTree};
-use crate::numeric::lane::{LaneRay, RoundedRay};
-use crate::numeric::prepared::{PreparedRay, lanes};
+use crate::numeric::lane::LaneRay;
+use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::{sphere, triangle};
-use crate::simd::{F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
-use crate::world::{Hit, InstanceId, PrimKind, PrimRef};
+use crate::simd::Simd;
+use crate::world::{Hit, InstanceId, PrimKind, PrimRef, Ray};
 
 /// A ray on its way.
 #[derive(Clone, Copy, Debug)]
 pub struct Walk {
-    /// The ray; its `t_max` is cut behind what was found.
-    pub ray: PreparedRay,
+    /// The ray as it was asked.
+    pub ray: Ray,
+    /// Whether its numbers are tame.
+    pub tame: bool,
     /// The same for boxes.
     pub slab: SlabRay,
     /// The same for triangles.
@@ -93,42 +96,47 @@ impl Pending {
 }
 
 impl Walk {
-    /// Starts a ray with a hit that it is known to have, if any.
+    /// Starts the ray that was taken from four.
     #[inline(always)]
-    pub fn begin<S: Simd>(&mut self, simd: S, mut ray: PreparedRay, hit: Hit) {
-        self.best = Best::NOTHING;
-        if hit.is_some() {
-            self.best = Best::exact(hit);
-            ray.t_max = ray.t_max.min(hit.t.next_up());
-        }
-
-        let rounded = RoundedRay::new(simd, &ray);
-        let size = rounded.inverse.abs();
-        let octant = rounded.inverse.lt(simd.splat64(0.0)).bits() as u8;
+    pub fn begin(&mut self, four: &Four, lane: usize, ray: &Ray) {
         // Part by part: a whole walk would be built elsewhere and copied.
-        self.slab = SlabRay::new::<S>(&rounded.origin, [size, size], octant, rounded.t_min[0]);
-        self.lane = LaneRay::new(&ray, &rounded);
-        self.t_max = rounded.t_max[1];
+        self.slab = four.slabs[lane];
+        self.lane = four.lanes[lane];
+        self.tame = four.tame[lane] != 0;
+        self.ray = *ray;
+        self.best = Best::NOTHING;
+        self.t_max = self.lane.t_max_above();
         self.limit = Item::limit(self.t_max);
-        self.ray = ray;
+    }
+
+    /// Starts a ray by itself.
+    #[inline(always)]
+    pub fn begin_one<S: Simd>(&mut self, simd: S, ray: &PreparedRay, around: &Surroundings) {
+        let &PreparedRay { origin, direction, t_min, t_max, .. } = ray;
+        self.begin(&Four::one(simd, ray, around), 0, &Ray { origin, direction, t_min, t_max });
     }
 
     /// A walk along a ray of no consequence, as a place for others.
-    #[inline(always)]
-    pub fn nowhere<S: Simd>(simd: S) -> Walk {
-        let (origin, direction) = (DVec3::ZERO, DVec3::X);
-        let ray = PreparedRay { origin, direction, t_min: 0.0, t_max: 1.0, axis: 0, tame: true };
-        let slab = SlabRay::new::<S>(&[[0.0; WIDTH64]; 2], [simd.splat64(1.0); 2], 0, 0.0);
-        let limit = Item::limit(1.0);
-        Walk { slab, lane: LaneRay::NOWHERE, best: Best::NOTHING, t_max: 1.0, limit, ray }
+    pub fn nowhere() -> Walk {
+        let (slab, lane) = (Four::NONE.slabs[0], Four::NONE.lanes[0]);
+        let ray = Ray::new(DVec3::ZERO, DVec3::X);
+        Walk { slab, lane, best: Best::NOTHING, t_max: 1.0, limit: Item::limit(1.0), ray, tame: true }
     }
 
-    /// Takes a hit as the best and cuts the ray behind it; the hit itself stays inside, since a tie goes by id.
+    /// The ray for exact tests, cut behind what was found; the hit itself stays inside, since a tie goes by id.
+    #[inline(always)]
+    pub fn prepared(&self) -> PreparedRay {
+        let Ray { origin, direction, t_min, t_max } = self.ray;
+        let cut = f64::from(self.best.t_high).next_up();
+        let t_max = if cut < t_max { cut } else { t_max };
+        PreparedRay { origin, direction, t_min, t_max, axis: self.lane.axis(), tame: self.tame }
+    }
+
+    /// Takes a hit as the best and cuts the ray behind it.
     #[inline(always)]
     pub fn keep(&mut self, hit: Hit) {
         self.best = Best::exact(hit);
-        self.ray.t_max = self.ray.t_max.min(hit.t.next_up());
-        self.t_max = f32_at_least(self.ray.t_max);
+        self.t_max = self.best.t_high;
         self.limit = Item::limit(self.t_max);
     }
 
@@ -139,21 +147,7 @@ impl Walk {
         (self.best.t_low, self.best.t_high) = (t_low, t_high);
         self.t_max = t_high;
         self.limit = Item::limit(t_high);
-        self.ray.t_max = f64::from(t_high).next_up();
     }
-}
-
-/// A ray for boxes, thicker by a share of the largest coordinate of its origin: for scenes where something is placed. It
-/// takes and returns values, so that rays of other scenes need not have an address.
-#[cold]
-#[inline(never)]
-pub fn thick_slab(ray: PreparedRay, share: f64) -> SlabRay {
-    let spread = share * ray.origin.abs().max_element();
-    let [down, _] = lanes(Portable, ray.origin - spread).outwards();
-    let [_, up] = lanes(Portable, ray.origin + spread).outwards();
-    let inverse = RoundedRay::new(Portable, &ray).inverse;
-    let octant = inverse.lt(Portable.splat64(0.0)).bits() as u8;
-    SlabRay::new::<Portable>(&[down, up], [inverse.abs(), inverse.abs()], octant, f32_at_most(ray.t_min))
 }
 
 impl Best {

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::slab::{Slabs, WIDTH};
+use super::slab::{Slabs, Surroundings, WIDTH};
 use crate::numeric::sphere_lanes::N_COLUMNS;
 use crate::world::{Bounds, PrimKind, PrimRef};
 
@@ -121,6 +121,8 @@ pub struct WideTree {
     pub sphere_rows: Vec<u32>,
     /// Quadrics and placements in leaf order.
     pub prims: Vec<PrimRef>,
+    /// The box around all boxes.
+    pub bounds: Option<Bounds>,
     /// Levels on the longest path, the root being 1.
     pub depth: usize,
     /// Whether any leaf stands in several nodes.
@@ -190,6 +192,17 @@ impl WideTree {
         (WIDTH - 1) * self.depth + 2 * WIDTH
     }
 
+    /// What rays meet that are taken to be thicker by a share of their origin; `is_all` where there is nothing else to meet.
+    pub fn surroundings(&self, thickness: f64, is_all: bool) -> Surroundings {
+        Surroundings::new(self.bounds.unwrap_or(Bounds { lo: Vec3::ZERO, hi: Vec3::ZERO }), thickness, is_all)
+    }
+
+    /// Finds the box around all boxes.
+    pub fn measure_bounds(&mut self) {
+        self.bounds =
+            self.nodes.first().and_then(|root| root.slots().map(|slot| root.bounds(slot)).reduce(Bounds::union));
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         self.nodes.len() * size_of::<WideNode>()
@@ -208,8 +221,8 @@ impl WideTree {
             let e = b.extent();
             e.x * e.y + e.y * e.z + e.z * e.x
         };
-        let Some(root) = self.nodes.first() else { return (0, 0.0) };
-        let root_area = root.slots().map(|slot| root.bounds(slot)).reduce(Bounds::union).map_or(0.0, area);
+        let Some(bounds) = self.bounds else { return (0, 0.0) };
+        let root_area = area(bounds);
         let mut n_leaves = 0;
         let mut cost = root_area;
         for (node, slot) in self.nodes.iter().flat_map(|node| node.slots().map(move |slot| (node, slot))) {

@@ -6,52 +6,28 @@
 //!
 //! (No closures here: they are not always inlined, and what is not inlined is compiled for the baseline.)
 
-use super::prepared::{PreparedRay, lanes};
+use super::four::FourRays;
+use super::prepared::PreparedRay;
 use super::triangle::LARGEST_SHARE;
 use crate::simd::{F32Lanes, F64Lanes, Portable, Simd, WIDTH64};
 
 /// Unit roundoff of f32, 2⁻²⁴.
 pub const U32: f32 = f32::EPSILON / 2.0;
 
-/// A ray as the lanes want it, in its sheared axes.
+/// A ray as the lanes want it, in its sheared axes. Numbers stand in fours, as they are written.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct LaneRay {
-    /// Origin, rounded.
-    origin: [f32; 3],
-    /// Slopes, rounded.
-    slope: [f32; 2],
-    /// What the rounding of the origin adds to Z in the bound of an edge function.
-    reach: f32,
-    /// What it adds to the error of a depth.
-    slack: f32,
-    /// 1 over the direction along the last axis. NaN where f32 cannot hold it well: no interval is then certain.
-    reciprocal: f32,
-    /// An f32 above the interval's lower end: what is larger certainly lies inside.
-    pub t_min_above: f32,
-    /// An f32 below it: what is smaller certainly lies outside.
-    pub t_min_below: f32,
-    /// An f32 below the interval's upper end as it was at first.
-    pub t_max_below: f32,
+    /// Origin, rounded; and what the rounding adds to Z in the bound of an edge function.
+    origin: [f32; WIDTH64],
+    /// Slopes, rounded; 1 over the direction along the last axis; and what the origin's rounding adds to the error of a depth.
+    /// NaN stands for a reciprocal that f32 cannot hold well: no interval is then certain.
+    slope: [f32; WIDTH64],
+    /// What the ends of the interval are rounded to: the lower one down and up, the upper one down and up.
+    interval: [f32; WIDTH64],
     /// The axis along which the direction is longest.
     axis: u8,
 }
-
-/// What the parts of a ray are rounded to; the last of four numbers is not used.
-#[derive(Clone, Copy, Debug)]
-pub struct RoundedRay<F> {
-    /// The origin, down and up.
-    pub origin: [[f32; WIDTH64]; 2],
-    /// 1 over the direction, within an ulp; −0.0 counts as 0.0.
-    pub inverse: F,
-    /// The lower end of the interval, down and up.
-    pub t_min: [f32; 2],
-    /// The upper end, down and up.
-    pub t_max: [f32; 2],
-}
-
-/// Where the nine coordinates of a triangle stand among its columns, by that axis.
-pub(super) const COLUMNS: [[u32; 9]; 3] =
-    [[1, 2, 0, 4, 5, 3, 7, 8, 6], [2, 0, 1, 5, 3, 4, 8, 6, 7], [0, 1, 2, 3, 4, 5, 6, 7, 8]];
 
 /// Eight triangles seen along a ray.
 #[derive(Clone, Copy, Debug)]
@@ -70,71 +46,95 @@ pub struct LaneEdges<F> {
 /// the second order and the rounding of the bound.
 pub(super) const EDGE_ERROR: f32 = 16.5;
 
-impl<F: F64Lanes> RoundedRay<F> {
-    /// Rounds each part once, in lanes.
+impl LaneRay {
+    /// A ray of which f32 knows nothing: every lane is open, and none certain.
     #[inline(always)]
-    pub fn new<S: Simd<F64 = F>>(simd: S, ray: &PreparedRay) -> RoundedRay<F> {
-        let [t_down, t_up] = simd.load64(&[ray.t_min, ray.t_max, 0.0, 0.0]).outwards();
-        RoundedRay {
-            origin: lanes(simd, ray.origin).outwards(),
-            inverse: simd.splat64(1.0) / (lanes(simd, ray.direction) + simd.splat64(0.0)),
-            t_min: [t_down[0], t_up[0]],
-            t_max: [t_down[1], t_up[1]],
+    pub const fn unknown(t_min: [f32; 2], t_max: [f32; 2], axis: usize) -> LaneRay {
+        LaneRay {
+            origin: [0.0, 0.0, 0.0, f32::INFINITY],
+            slope: [0.0, 0.0, f32::NAN, 0.0],
+            interval: [t_min[0], t_min[1], t_max[0], t_max[1]],
+            axis: axis as u8,
         }
     }
-}
 
-impl LaneRay {
-    /// A ray of no consequence.
-    pub const NOWHERE: LaneRay = LaneRay {
-        origin: [0.0; 3],
-        slope: [0.0; 2],
-        reach: 0.0,
-        slack: 0.0,
-        reciprocal: 1.0,
-        t_min_above: 0.0,
-        t_min_below: 0.0,
-        t_max_below: 1.0,
-        axis: 0,
-    };
-
-    /// A ray from what its parts have been rounded to.
+    /// Four rays, each number rounded once, with what their intervals are rounded to. Of ordinary rays ([`FourRays::ordinary`]) the reciprocal is well held.
     #[inline(always)]
-    pub fn new<F: F64Lanes>(ray: &PreparedRay, rounded: &RoundedRay<F>) -> LaneRay {
-        let [x, y, z] = ray.axes();
-        let RoundedRay { origin: [origin, above], inverse, t_min, t_max } = rounded;
-        // Infinite where the origin is beyond f32: every lane is then left open.
-        let off = |i: usize| above[i] - origin[i];
-        let residual = off(0).max(off(1)).max(off(2));
-        let inverse = inverse.to_array()[z];
-        LaneRay {
-            origin: [origin[x], origin[y], origin[z]],
-            slope: [(ray.direction[x] * inverse) as f32, (ray.direction[y] * inverse) as f32],
-            reach: residual * (0.5 / U32),
-            slack: depth_slack(residual),
-            reciprocal: sound_reciprocal(inverse),
-            t_min_above: t_min[1],
-            t_min_below: t_min[0],
-            t_max_below: t_max[0],
-            axis: z as u8,
+    pub fn four<S: Simd>(
+        simd: S,
+        rays: &FourRays<S::F64>,
+        intervals: [[f32; WIDTH64]; 4],
+        to: &mut [LaneRay; WIDTH64],
+    ) {
+        let [x, y, z] = rays.in_axes(rays.origin);
+        let [dx, dy, dz] = rays.in_axes(rays.direction);
+        let inverse = simd.splat64(1.0) / dz;
+
+        let rounded = [x.to_f32(), y.to_f32(), z.to_f32()];
+        let off = [x - simd.widen(rounded[0]), y - simd.widen(rounded[1]), z - simd.widen(rounded[2])];
+        let residual = off[0].abs().max(off[1].abs()).max(off[2].abs());
+        let reach = (residual * simd.splat64(REACH_PER_RESIDUAL)).to_f32();
+        let slack = (residual * simd.splat64(SLACK_PER_RESIDUAL)).to_f32();
+
+        let slopes = [(dx * inverse).to_f32(), (dy * inverse).to_f32()];
+        let origins = simd.rows32([rounded[0], rounded[1], rounded[2], reach]);
+        let slopes = simd.rows32([slopes[0], slopes[1], inverse.to_f32(), slack]);
+        let intervals = simd.rows32(intervals);
+        let axes = rays.axes();
+        for lane in 0..WIDTH64 {
+            to[lane] =
+                LaneRay { origin: origins[lane], slope: slopes[lane], interval: intervals[lane], axis: axes[lane] };
         }
     }
 
     /// A ray by itself: for the search for the worst case.
     pub(crate) fn of(ray: &PreparedRay) -> LaneRay {
-        LaneRay::new(ray, &RoundedRay::new(Portable, ray))
+        let mut four = [LaneRay::unknown([0.0; 2], [1.0; 2], 0); WIDTH64];
+        let rays = FourRays::same(Portable, ray);
+        LaneRay::four(Portable, &rays, rays.intervals(Portable), &mut four);
+        four[0]
     }
 
     /// What its parts are rounded to: origin, slope, and the reach of the origin's rounding as a residual.
     pub(crate) fn parts(&self) -> ([f32; 3], [f32; 2], f32) {
-        (self.origin, self.slope, self.reach / (0.5 / U32))
+        let [x, y, z, reach] = self.origin;
+        ([x, y, z], [self.slope[0], self.slope[1]], reach / REACH_PER_RESIDUAL as f32)
+    }
+
+    /// An f32 below the interval's lower end: what is smaller certainly lies outside.
+    #[inline(always)]
+    pub fn t_min_below(&self) -> f32 {
+        self.interval[0]
+    }
+
+    /// An f32 above it: what is larger certainly lies inside.
+    #[inline(always)]
+    pub fn t_min_above(&self) -> f32 {
+        self.interval[1]
+    }
+
+    /// An f32 below the interval's upper end as it was at first.
+    #[inline(always)]
+    pub fn t_max_below(&self) -> f32 {
+        self.interval[2]
+    }
+
+    /// An f32 above it.
+    #[inline(always)]
+    pub fn t_max_above(&self) -> f32 {
+        self.interval[3]
+    }
+
+    /// The axis along which the direction is longest.
+    #[inline(always)]
+    pub fn axis(&self) -> usize {
+        self.axis.into()
     }
 
     /// The edge functions of eight triangles whose columns begin at `base` and are `stride` apart.
     #[inline(always)]
     pub fn edges<S: Simd>(&self, simd: S, corners: &[f32], base: usize, stride: usize) -> LaneEdges<S::F32> {
-        let [ax, ay, az, bx, by, bz, cx, cy, cz] =
-            simd.load_columns(corners, base, stride, &COLUMNS[self.axis as usize % 3]);
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = simd.load_corners(corners, base, stride, self.axis.into());
         let (ox, oy, oz) = (simd.splat(self.origin[0]), simd.splat(self.origin[1]), simd.splat(self.origin[2]));
         let (sx, sy) = (simd.splat(-self.slope[0]), simd.splat(-self.slope[1]));
         let (az, bz, cz) = (az - oz, bz - oz, cz - oz);
@@ -144,7 +144,7 @@ impl LaneRay {
         let weights = [bx.mul_add(cy, -(by * cx)), cx.mul_add(ay, -(cy * ax)), ax.mul_add(by, -(ay * bx))];
         let m = ax.abs().max(ay.abs()).max(bx.abs().max(by.abs())).max(cx.abs().max(cy.abs()));
         let largest_depth = az.abs().max(bz.abs()).max(cz.abs());
-        let reach = largest_depth + simd.splat(self.reach);
+        let reach = largest_depth + simd.splat(self.origin[3]);
         // The product overflows where those of the edge functions may.
         let error = (m * (m + reach)).mul_add(simd.splat(EDGE_ERROR * U32), simd.splat(f32::MIN_POSITIVE));
         LaneEdges { weights, error, depths: [az, bz, cz], largest_depth }
@@ -153,9 +153,15 @@ impl LaneRay {
     /// Intervals around the parameters at which the line meets the triangles ([`LaneEdges::t_ranges`]).
     #[inline(always)]
     pub fn t_ranges<S: Simd>(&self, simd: S, edges: &LaneEdges<S::F32>) -> (S::F32, S::F32) {
-        edges.t_ranges(simd, simd.splat(self.reciprocal), simd.splat(self.slack))
+        edges.t_ranges(simd, simd.splat(self.slope[2]), simd.splat(self.slope[3]))
     }
 }
+
+/// What the rounding of the origin adds to Z in the bound of an edge function: r/2u.
+const REACH_PER_RESIDUAL: f64 = 0.5 / U32 as f64;
+
+/// What it adds to the error of a depth.
+const SLACK_PER_RESIDUAL: f64 = 4.0;
 
 /// 1 over a direction along the longest axis, for [`LaneEdges::t_ranges`]: NaN where f32 cannot hold it well.
 #[inline(always)]
@@ -168,7 +174,7 @@ pub fn sound_reciprocal(inverse: f64) -> f32 {
 /// What the rounding of an origin by `residual` adds to the error of a depth.
 #[inline(always)]
 pub fn depth_slack(residual: f32) -> f32 {
-    4.0 * residual
+    SLACK_PER_RESIDUAL as f32 * residual
 }
 
 /// Reciprocals between this and its inverse keep their precision in f32, and products with depths their range.

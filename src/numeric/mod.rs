@@ -9,6 +9,7 @@ pub mod clip;
 pub mod double;
 pub mod dyadic;
 pub mod edge;
+pub mod four;
 pub mod interval;
 pub mod lane;
 pub mod packet;

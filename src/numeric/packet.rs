@@ -8,7 +8,7 @@
 //! With m the largest sheared coordinate, w the largest |δ| and M = m + w·Z, an edge function is wrong by less than
 //! 16·u·M·(M + Z) to first order (`docs/NUMERICS.md`): the bound of a single ray, with the packet's width in it.
 
-use super::lane::{COLUMNS, EDGE_ERROR, LaneEdges, U32};
+use super::lane::{EDGE_ERROR, LaneEdges, U32};
 use crate::simd::{F32Lanes, MaskLanes, Simd, WIDTH};
 
 /// The shear that the rays of a packet share.
@@ -61,8 +61,7 @@ impl PacketShear {
     /// Eight triangles whose columns begin at `base` and are `stride` apart.
     #[inline(always)]
     pub fn edges<S: Simd>(&self, simd: S, corners: &[f32], base: usize, stride: usize) -> PacketEdges<S::F32> {
-        let [ax, ay, az, bx, by, bz, cx, cy, cz] =
-            simd.load_columns(corners, base, stride, &COLUMNS[self.axis % COLUMNS.len()]);
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = simd.load_corners(corners, base, stride, self.axis);
         let (ox, oy, oz) = (simd.splat(self.origin[0]), simd.splat(self.origin[1]), simd.splat(self.origin[2]));
         let (sx, sy) = (simd.splat(-self.slope[0]), simd.splat(-self.slope[1]));
         let (az, bz, cz) = (az - oz, bz - oz, cz - oz);

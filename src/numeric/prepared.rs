@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::four::RayNumbers;
 use crate::simd::{F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
 
 /// A finite ray of non-zero direction.
@@ -22,7 +23,7 @@ pub struct PreparedRay {
 }
 
 /// The ends of what [`is_tame`](super::double::is_tame) holds for, the upper one exclusive.
-const TAME: [f64; 2] = [f64::from_bits((1023 - 150) << 52), f64::from_bits((1023 + 151) << 52)];
+pub(super) const TAME: [f64; 2] = [f64::from_bits((1023 - 150) << 52), f64::from_bits((1023 + 151) << 52)];
 
 /// A vector in lanes; the last one is no part of it.
 #[inline(always)]
@@ -67,6 +68,13 @@ impl PreparedRay {
             return None;
         }
         Some(PreparedRay { origin, direction, t_min, t_max, axis: longest_axis(direction), tame })
+    }
+
+    /// The ray as numbers.
+    #[inline(always)]
+    pub fn numbers(&self) -> RayNumbers {
+        let (o, d) = (self.origin, self.direction);
+        [[o.x, o.y, o.z, d.x], [d.y, d.z, self.t_min, self.t_max]]
     }
 
     /// The axes in cyclic order, the last the one along which the direction is longest.

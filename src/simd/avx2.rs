@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use super::{Batch, F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
+use super::{Batch, CYCLIC, F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
 
 /// Bytes of a cache line.
 const CACHE_LINE: usize = 64;
@@ -92,19 +92,31 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn load_columns<const N: usize>(self, from: &[f32], base: usize, stride: usize, columns: &[u32; N]) -> [F32x8; N] {
-        let mut last = 0;
-        for &column in columns {
-            last = last.max(column as usize);
+    fn load_pair(self, from: &[[f32; WIDTH]; 2], swap: usize) -> [F32x8; 2] {
+        const BYTES: usize = size_of::<[f32; WIDTH]>();
+        // Bytes rather than an index: the compiler would shift twice.
+        let offset = (swap & 1) * BYTES;
+        let bytes = from.as_ptr().cast::<u8>();
+        // SAFETY: AVX2 is there, and each offset is 0 or that of the second of two arrays of eight f32, which are read.
+        unsafe {
+            let first = _mm256_loadu_ps(bytes.add(offset).cast());
+            [F32x8(first), F32x8(_mm256_loadu_ps(bytes.add(offset ^ BYTES).cast()))]
         }
+    }
+
+    #[inline(always)]
+    fn load_corners(self, from: &[f32], base: usize, stride: usize, last: usize) -> [[F32x8; 3]; 3] {
         // The first two keep the sum from overflowing.
-        let inside = base <= from.len() && stride <= WIDTH && base + last * stride + WIDTH <= from.len();
+        let inside = base <= from.len() && stride <= WIDTH && base + 8 * stride + WIDTH <= from.len();
         assert!(inside, "a column ends beyond the slice");
-        // A loop rather than `map`: closures are not always inlined, and are compiled without AVX2 where they are not.
-        let mut loaded = [self.splat(0.0); N];
-        for (loaded, &column) in loaded.iter_mut().zip(columns) {
-            // SAFETY: AVX2 is there, and no column begins behind the last one, which was just found to end inside.
-            *loaded = F32x8(unsafe { _mm256_loadu_ps(from.as_ptr().add(base + column as usize * stride)) });
+        let [x, y, z] = CYCLIC[last & 3];
+        let offsets = [usize::from(x) * stride, usize::from(y) * stride, usize::from(z) * stride];
+        let mut loaded = [[self.splat(0.0); 3]; 3];
+        for (corner, loaded) in loaded.iter_mut().enumerate() {
+            for (loaded, offset) in loaded.iter_mut().zip(offsets) {
+                // SAFETY: AVX2 is there. The ninth column, of which both factors are the largest, was just found to end inside.
+                *loaded = F32x8(unsafe { _mm256_loadu_ps(from.as_ptr().add(base + 3 * corner * stride + offset)) });
+            }
         }
         loaded
     }
@@ -118,6 +130,44 @@ impl Simd for Avx2 {
     fn load64(self, from: &[f64; WIDTH64]) -> F64x4 {
         // SAFETY: AVX2 is there, and the array holds the four f64 that are read; no alignment is needed.
         F64x4(unsafe { _mm256_loadu_pd(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [F64x4; WIDTH64] {
+        let [F64x4(a), F64x4(b), F64x4(c), F64x4(d)] =
+            [self.load64(&rows[0]), self.load64(&rows[1]), self.load64(&rows[2]), self.load64(&rows[3])];
+        // SAFETY: AVX2 is there, and the intrinsics take values only.
+        unsafe {
+            let (ab_even, ab_odd) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+            let (cd_even, cd_odd) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+            [
+                F64x4(_mm256_permute2f128_pd::<0x20>(ab_even, cd_even)),
+                F64x4(_mm256_permute2f128_pd::<0x20>(ab_odd, cd_odd)),
+                F64x4(_mm256_permute2f128_pd::<0x31>(ab_even, cd_even)),
+                F64x4(_mm256_permute2f128_pd::<0x31>(ab_odd, cd_odd)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn rows32(self, columns: [[f32; WIDTH64]; WIDTH64]) -> [[f32; WIDTH64]; WIDTH64] {
+        let [a, b, c, d] = [load_f32(&columns[0]), load_f32(&columns[1]), load_f32(&columns[2]), load_f32(&columns[3])];
+        // SAFETY: AVX2 is there, and the intrinsics take values only.
+        unsafe {
+            let (ab_low, ab_high) = (_mm_unpacklo_ps(a, b), _mm_unpackhi_ps(a, b));
+            let (cd_low, cd_high) = (_mm_unpacklo_ps(c, d), _mm_unpackhi_ps(c, d));
+            [
+                store_f32(_mm_movelh_ps(ab_low, cd_low)),
+                store_f32(_mm_movehl_ps(cd_low, ab_low)),
+                store_f32(_mm_movelh_ps(ab_high, cd_high)),
+                store_f32(_mm_movehl_ps(cd_high, ab_high)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn widen(self, from: [f32; WIDTH64]) -> F64x4 {
+        F64x4(intrinsic!(_mm256_cvtps_pd(load_f32(&from))))
     }
 
     #[inline(always)]
@@ -286,6 +336,10 @@ impl F64Lanes for F64x4 {
         F64x4(intrinsic!(_mm256_fmadd_pd(self.0, factor.0, summand.0)))
     }
     #[inline(always)]
+    fn min(self, other: F64x4) -> F64x4 {
+        F64x4(intrinsic!(_mm256_min_pd(self.0, other.0)))
+    }
+    #[inline(always)]
     fn max(self, other: F64x4) -> F64x4 {
         F64x4(intrinsic!(_mm256_max_pd(self.0, other.0)))
     }
@@ -342,6 +396,12 @@ impl F64Lanes for F64x4 {
         let (down, up) = unsafe { (_mm_castsi128_ps(down), _mm_castsi128_ps(up)) };
         [store_f32(down), store_f32(up)]
     }
+}
+
+#[inline(always)]
+fn load_f32(from: &[f32; WIDTH64]) -> __m128 {
+    // SAFETY: what calls it holds lanes, so AVX2 is there, and the array holds the four f32 that are read.
+    unsafe { _mm_loadu_ps(from.as_ptr()) }
 }
 
 #[inline(always)]

@@ -48,8 +48,12 @@ impl Simd for Avx512 {
         self.0.load(from)
     }
     #[inline(always)]
-    fn load_columns<const N: usize>(self, from: &[f32], base: usize, stride: usize, columns: &[u32; N]) -> [F32x8; N] {
-        self.0.load_columns(from, base, stride, columns)
+    fn load_pair(self, from: &[[f32; WIDTH]; 2], swap: usize) -> [F32x8; 2] {
+        self.0.load_pair(from, swap)
+    }
+    #[inline(always)]
+    fn load_corners(self, from: &[f32], base: usize, stride: usize, last: usize) -> [[F32x8; 3]; 3] {
+        self.0.load_corners(from, base, stride, last)
     }
     #[inline(always)]
     fn splat64(self, x: f64) -> F64x4 {
@@ -58,6 +62,18 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn load64(self, from: &[f64; WIDTH64]) -> F64x4 {
         self.0.load64(from)
+    }
+    #[inline(always)]
+    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [F64x4; WIDTH64] {
+        self.0.columns64(rows)
+    }
+    #[inline(always)]
+    fn rows32(self, columns: [[f32; WIDTH64]; WIDTH64]) -> [[f32; WIDTH64]; WIDTH64] {
+        self.0.rows32(columns)
+    }
+    #[inline(always)]
+    fn widen(self, from: [f32; WIDTH64]) -> F64x4 {
+        self.0.widen(from)
     }
     #[inline(always)]
     fn apart<B: Batch>(self, batch: B) {

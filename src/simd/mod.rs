@@ -19,7 +19,7 @@ pub mod rounding;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-pub use bits::set_bits;
+pub use bits::{bytes_of_bits, set_bits};
 pub use portable::Portable;
 
 /// Lanes of f32.
@@ -27,6 +27,9 @@ pub const WIDTH: usize = 8;
 
 /// Lanes of f64.
 pub const WIDTH64: usize = 4;
+
+/// Axes in cyclic order, by the last; as many as need no check of an index.
+const CYCLIC: [[u8; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// An instruction set that batches are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,23 +56,30 @@ pub trait Simd: Copy {
     /// Eight numbers.
     fn load(self, from: &[f32; WIDTH]) -> Self::F32;
 
-    /// Columns of eight numbers: column i begins at `base + columns[i] * stride`.
+    /// A pair of eight numbers, swapped where the lowest bit of `swap` is set.
+    fn load_pair(self, from: &[[f32; WIDTH]; 2], swap: usize) -> [Self::F32; 2];
+
+    /// Corners of eight triangles: x, y, z of the first, of the second and of the third, each in the cyclic order of axes that
+    /// ends with `last` (0 to 2). They are nine columns of eight numbers, `stride` apart, from `base` on.
     ///
     /// # Panics
     /// When a column ends beyond the slice, or the stride is above [`WIDTH`].
-    fn load_columns<const N: usize>(
-        self,
-        from: &[f32],
-        base: usize,
-        stride: usize,
-        columns: &[u32; N],
-    ) -> [Self::F32; N];
+    fn load_corners(self, from: &[f32], base: usize, stride: usize, last: usize) -> [[Self::F32; 3]; 3];
 
     /// The same number in all lanes.
     fn splat64(self, x: f64) -> Self::F64;
 
     /// Four numbers.
     fn load64(self, from: &[f64; WIDTH64]) -> Self::F64;
+
+    /// The columns of four rows.
+    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [Self::F64; WIDTH64];
+
+    /// The rows of four columns.
+    fn rows32(self, columns: [[f32; WIDTH64]; WIDTH64]) -> [[f32; WIDTH64]; WIDTH64];
+
+    /// Four f32 as f64.
+    fn widen(self, from: [f32; WIDTH64]) -> Self::F64;
 
     /// Runs something rare out of line, compiled for this set: inlined, it would cost the common case registers.
     fn apart<B: Batch>(self, batch: B);
@@ -125,6 +135,8 @@ pub trait F64Lanes:
     fn same(self, x: f64) -> Self;
     /// `self * factor + summand`, rounded once.
     fn mul_add(self, factor: Self, summand: Self) -> Self;
+    /// The smaller one; `other` where either is NaN.
+    fn min(self, other: Self) -> Self;
     /// The larger one; `other` where either is NaN.
     fn max(self, other: Self) -> Self;
     /// The magnitude.
@@ -212,6 +224,10 @@ impl F64Lanes for f64 {
     #[inline(always)]
     fn mul_add(self, factor: f64, summand: f64) -> f64 {
         f64::mul_add(self, factor, summand)
+    }
+    #[inline(always)]
+    fn min(self, other: f64) -> f64 {
+        if self < other { self } else { other }
     }
     #[inline(always)]
     fn max(self, other: f64) -> f64 {

@@ -4,7 +4,7 @@ use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::rounding::{f32_at_least, f32_at_most};
-use super::{Batch, F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
+use super::{Batch, CYCLIC, F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
 
 /// No instruction set beyond the baseline.
 #[derive(Clone, Copy, Debug)]
@@ -30,17 +30,19 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn load_columns<const N: usize>(
-        self,
-        from: &[f32],
-        base: usize,
-        stride: usize,
-        columns: &[u32; N],
-    ) -> [Self::F32; N] {
-        columns.map(|column| {
-            let first = base + column as usize * stride;
-            let lanes = &from[first..first + WIDTH];
-            Array(from_fn(|i| lanes[i]))
+    fn load_pair(self, from: &[[f32; WIDTH]; 2], swap: usize) -> [Self::F32; 2] {
+        [Array(from[swap & 1]), Array(from[swap & 1 ^ 1])]
+    }
+
+    #[inline(always)]
+    fn load_corners(self, from: &[f32], base: usize, stride: usize, last: usize) -> [[Self::F32; 3]; 3] {
+        let axes = CYCLIC[last & 3];
+        from_fn(|corner| {
+            axes.map(|axis| {
+                let first = base + (3 * corner + usize::from(axis)) * stride;
+                let lanes = &from[first..first + WIDTH];
+                Array(from_fn(|i| lanes[i]))
+            })
         })
     }
 
@@ -52,6 +54,21 @@ impl Simd for Portable {
     #[inline(always)]
     fn load64(self, from: &[f64; WIDTH64]) -> Self::F64 {
         Array(*from)
+    }
+
+    #[inline(always)]
+    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [Self::F64; WIDTH64] {
+        from_fn(|column| Array(from_fn(|row| rows[row][column])))
+    }
+
+    #[inline(always)]
+    fn rows32(self, columns: [[f32; WIDTH64]; WIDTH64]) -> [[f32; WIDTH64]; WIDTH64] {
+        from_fn(|row| from_fn(|column| columns[column][row]))
+    }
+
+    #[inline(always)]
+    fn widen(self, from: [f32; WIDTH64]) -> Self::F64 {
+        Array(from.map(f64::from))
     }
 
     #[cold]
@@ -163,6 +180,10 @@ impl F64Lanes for Array<f64, WIDTH64> {
     #[inline(always)]
     fn mul_add(self, factor: Self, summand: Self) -> Self {
         Array(from_fn(|i| self.0[i].mul_add(factor.0[i], summand.0[i])))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Array(from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {

@@ -57,7 +57,7 @@ fn four<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, st
         }
         at += n_prims;
     }
-    let seen = see(simd, &walk.ray, columns);
+    let seen = see(simd, &walk.prepared(), columns);
     let n_left = (n_prims - start).min(WIDTH64);
     SphereLanes { open: seen.open & ((1 << n_left) - 1), ..seen }
 }
@@ -77,9 +77,10 @@ impl Batch for AnyByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
         let AnyByOne { tree, walk, first, tag, start, open, is_hit } = self;
+        let ray = walk.prepared();
         for lane in set_bits(open) {
             let (center, radius) = tree.sphere_of(first as usize, tag.n_prims(), start + lane);
-            if sphere::intersect(&walk.ray, center, radius).is_some() {
+            if sphere::intersect(&ray, center, radius).is_some() {
                 *is_hit = true;
                 return;
             }
