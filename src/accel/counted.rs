@@ -165,7 +165,7 @@ fn walk_below<'a, S: Simd, Q: Countable>(
     let prototype = &tree.prototypes[world.instances.prototypes[row].idx()];
     let mut below = Walk::nowhere();
     below.begin_one(simd, &ray, &prototype.surroundings(0.0, true));
-    let mut items = vec![0; prototype.stack_size()];
+    let mut items = vec![0; 2 * prototype.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::default());
     let is_over = traverse_below::<S, Q>(simd, prototype, world, &mut below, &mut stack);
     visits.add(stack.visits);
@@ -246,7 +246,7 @@ impl<Q: Countable> Batch for Counted<'_, Q> {
     fn run<S: Simd>(self, simd: S) {
         let Counted { accel, world, rays, answers, visits } = self;
         let tree = &accel.tree;
-        let mut items = vec![0; tree.stack_size()];
+        let mut items = vec![0; 2 * tree.stack_size()];
         let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
         let mut walk = Walk::nowhere();
         let around = accel.surroundings();

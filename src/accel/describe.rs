@@ -2,15 +2,16 @@
 
 mod sphere;
 
+use glam::Vec3;
+
 use super::walk::Pending;
 use super::wide::WideTree;
 use crate::numeric::edge::{Sheared, shear};
+use crate::numeric::four::FourRays;
 use crate::numeric::plane::{Pair, plane_quotient};
-use crate::numeric::prepared::AXES;
-use crate::numeric::ratio::{ACCEPTED_RELATIVE_ERROR, Parameter};
-use crate::numeric::triangle::TriangleHit;
+use crate::numeric::ratio::ACCEPTED_RELATIVE_ERROR;
 use crate::simd::{Batch, F64Lanes, MaskLanes, Simd, WIDTH64};
-use crate::world::{Hit, Ray};
+use crate::world::{Hit, InstanceId, PrimKind, PrimRef, Ray};
 
 /// A hit that is still to be described.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +20,6 @@ pub struct Undescribed {
     pub ray_idx: u32,
     /// What it hit.
     pub pending: Pending,
-    /// The axis along which its direction is longest.
-    pub axis: u8,
     /// Whether its numbers are tame.
     pub tame: bool,
 }
@@ -61,49 +60,55 @@ impl Rest {
     }
 }
 
-/// Coordinates of rays and corners, one array per lane-wide number.
-struct Columns {
-    origin: [[f64; WIDTH64]; 3],
-    direction: [[f64; WIDTH64]; 3],
-    corners: [[[f64; WIDTH64]; 3]; 3],
-}
-
+/// Rays and the triangles that they hit, each in its ray's axes. (No closures: they are not always inlined.)
 #[inline(always)]
-fn load_vector<S: Simd>(simd: S, columns: &[[f64; WIDTH64]; 3]) -> [S::F64; 3] {
-    [simd.load64(&columns[0]), simd.load64(&columns[1]), simd.load64(&columns[2])]
-}
-
-#[inline(always)]
-fn gather(tree: &WideTree, rays: &[Ray], four: &[Undescribed]) -> Columns {
-    let mut columns =
-        Columns { origin: [[0.0; WIDTH64]; 3], direction: [[0.0; WIDTH64]; 3], corners: [[[0.0; WIDTH64]; 3]; 3] };
-    for lane in 0..WIDTH64 {
-        // Lanes without a ray repeat the last one.
-        let of = &four[lane.min(four.len() - 1)];
-        let axes = AXES[of.axis as usize % 3];
-        let ray = &rays[of.ray_idx as usize];
-        let corners = of.pending.corners(tree);
-        for (i, axis) in axes.into_iter().enumerate() {
-            columns.origin[i][lane] = ray.origin[axis];
-            columns.direction[i][lane] = ray.direction[axis];
-            for (j, corner) in corners.iter().enumerate() {
-                columns.corners[j][i][lane] = f64::from(corner[axis]);
-            }
-        }
+fn gather<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: [&Undescribed; WIDTH64]) -> Pair<S::F64> {
+    let lanes = rays_of(simd, rays, four);
+    let [a, b, c, d] = four;
+    let all = [a.pending.corners(tree), b.pending.corners(tree), c.pending.corners(tree), d.pending.corners(tree)];
+    let mut corners = lanes_of(simd, &all);
+    for corner in &mut corners {
+        *corner = lanes.in_axes(*corner);
     }
-    columns
+    Pair { origin: lanes.in_axes(lanes.origin), direction: lanes.in_axes(lanes.direction), corners }
+}
+
+/// The rays in lanes.
+#[inline(always)]
+fn rays_of<S: Simd>(simd: S, rays: &[Ray], [a, b, c, d]: [&Undescribed; WIDTH64]) -> FourRays<S::F64> {
+    let (a, b) = (&rays[a.ray_idx as usize], &rays[b.ray_idx as usize]);
+    let (c, d) = (&rays[c.ray_idx as usize], &rays[d.ray_idx as usize]);
+    FourRays::new(simd, [a.numbers(), b.numbers(), c.numbers(), d.numbers()])
+}
+
+/// The corners of four triangles in lanes.
+#[inline(always)]
+fn lanes_of<S: Simd>(simd: S, [a, b, c, d]: &[[Vec3; 3]; WIDTH64]) -> [[S::F64; 3]; 3] {
+    let mut lanes = [[simd.splat64(0.0); 3]; 3];
+    for (i, lanes) in lanes.iter_mut().enumerate() {
+        *lanes = [
+            simd.widen([a[i].x, b[i].x, c[i].x, d[i].x]),
+            simd.widen([a[i].y, b[i].y, c[i].y, d[i].y]),
+            simd.widen([a[i].z, b[i].z, c[i].z, d[i].z]),
+        ];
+    }
+    lanes
+}
+
+/// Four of up to four; those that are missing repeat the first.
+#[inline(always)]
+fn filled(four: &[Undescribed]) -> [&Undescribed; WIDTH64] {
+    let mut filled = [&four[0]; WIDTH64];
+    for (filled, of) in filled.iter_mut().zip(four) {
+        *filled = of;
+    }
+    filled
 }
 
 /// The same arithmetic as [`triangle::intersect`], for which the lanes are that are not certain.
 #[inline(always)]
 fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undescribed], hits: &mut [Hit]) {
-    let columns = gather(tree, rays, four);
-    let [a, b, c] = columns.corners;
-    let pair = Pair {
-        origin: load_vector(simd, &columns.origin),
-        direction: load_vector(simd, &columns.direction),
-        corners: [load_vector(simd, &a), load_vector(simd, &b), load_vector(simd, &c)],
-    };
+    let pair = gather(simd, tree, rays, filled(four));
 
     // Weights.
     let Sheared { weights: [weight_a, weight_b, weight_c], error, .. } = shear(&pair);
@@ -123,8 +128,10 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
     for (lane, of) in four.iter().enumerate() {
         let hit = &mut hits[of.ray_idx as usize];
         if of.tame && right >> lane & 1 == 1 {
-            let at = Parameter { t: t[lane], t_rest: rest[lane] as f32 };
-            *hit = Hit::of_triangle(&TriangleHit { at, u: u[lane], v: v[lane] }, of.pending.row(tree));
+            // Field by field: a whole one would be built elsewhere and copied.
+            (hit.t, hit.u, hit.v, hit.t_rest) = (t[lane], u[lane], v[lane], rest[lane] as f32);
+            hit.prim = PrimRef::new(PrimKind::Triangle, of.pending.row(tree));
+            hit.instance = InstanceId::WORLD;
         } else {
             simd.apart(DescribeOne { tree, ray: &rays[of.ray_idx as usize], pending: of.pending, hit });
         }

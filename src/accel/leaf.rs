@@ -9,13 +9,9 @@ use crate::numeric::triangle;
 use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, set_bits};
 use crate::world::{Hit, InstanceId, PrimKind, PrimRef, World};
 
-/// Tests a leaf for the closest hit.
+/// Tests a leaf for the closest hit; those of triangles are seen and taken.
 #[inline(always)]
 pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) {
-    // Most leaves are of triangles: a comparison for them, and no jump by table.
-    if tag.is_triangles() {
-        return closest_triangle(simd, tree, walk, first, tag);
-    }
     match tag.kind() {
         PrimKind::Triangle => {}
         PrimKind::Sphere => sphere::closest(simd, tree, walk, first, tag),
@@ -30,13 +26,10 @@ pub fn closest<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk
     }
 }
 
-/// Tests a leaf for any hit.
+/// Tests a leaf for any hit; those of triangles are seen and taken.
 #[inline(always)]
 pub fn any<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &Walk, first: u32, tag: Tag) -> bool {
     // Loops rather than `any`: its closures are not always inlined, and must be, to be compiled for the batch's ISA.
-    if tag.is_triangles() {
-        return any_triangle(simd, tree, walk, first, tag.n_prims());
-    }
     match tag.kind() {
         PrimKind::Triangle => {}
         PrimKind::Sphere => return sphere::any(simd, tree, walk, first, tag),
@@ -191,29 +184,58 @@ impl Batch for ByOne<'_> {
     }
 }
 
+/// What f32 knows of the triangles of a leaf.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<F> {
+    /// Those that may be hit within the interval and before the best hit, one bit each.
+    pub open: u32,
+    /// Those that certainly are.
+    pub certain: u32,
+    /// Where, at least.
+    pub t_low: F,
+    /// And at most.
+    pub t_high: F,
+}
+
+/// Sees the triangles of a leaf, without a branch: what is to be done with them can then be decided without waiting.
 #[inline(always)]
-fn closest_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag) {
+pub fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Seen<S::F32> {
     let n_prims = tag.n_prims();
     let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
-    let mut open = edges.open().bits() & ((1 << n_prims) - 1);
-    if open == 0 {
-        return;
-    }
-    // Most of what is left lies behind the best hit.
+    // Most of what is open lies behind the best hit.
     let (t_low, t_high) = walk.lane.t_ranges(simd, &edges);
     let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below()));
-    open &= !outside.bits();
-    if open == 0 {
-        return;
-    }
     let within = simd.splat(walk.lane.t_min_above()).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below()));
-    let certain = (edges.certain() & within).bits();
-    let (t_low, t_high) = (t_low.to_array(), t_high.to_array());
-    for lane in set_bits(open) {
+    let open = (edges.open() & !outside).bits() & ((1 << n_prims) - 1);
+    Seen { open, certain: open & (edges.certain() & within).bits(), t_low, t_high }
+}
+
+/// Takes the closest of the triangles that were seen.
+#[inline(always)]
+pub fn take_closest<S: Simd>(
+    simd: S,
+    tree: &WideTree,
+    walk: &mut Walk,
+    first: u32,
+    tag: Tag,
+    seen: &Seen<[f32; WIDTH]>,
+) {
+    for lane in set_bits(seen.open) {
         let lane = lane % WIDTH;
         let candidate = Pending { first, tag, lane: lane as u8 };
-        take(simd, tree, walk, candidate, (certain >> lane & 1 == 1).then_some((t_low[lane], t_high[lane])));
+        let t = (seen.certain >> lane & 1 == 1).then_some((seen.t_low[lane], seen.t_high[lane]));
+        take(simd, tree, walk, candidate, t);
     }
+}
+
+/// Whether any of the triangles that were seen is hit.
+#[inline(always)]
+pub fn take_any<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, open: u32, certain: u32) -> bool {
+    let mut is_hit = certain != 0;
+    if open != 0 && !is_hit {
+        simd.apart(AnyByOne { tree, walk, first, n_prims: tag.n_prims(), open, is_hit: &mut is_hit });
+    }
+    is_hit
 }
 
 /// Takes what is open as the best hit if it is closer; `t` is where it is certainly hit, if it is.
@@ -224,27 +246,6 @@ fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, candidate: Pending, 
         Some((low, _)) if low > walk.best.t_high => {}
         _ => simd.apart(ByOne { tree, walk, candidate }),
     }
-}
-
-#[inline(always)]
-fn any_triangle<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, n_prims: usize) -> bool {
-    let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
-    let mut open = edges.open().bits() & ((1 << n_prims) - 1);
-    if open == 0 {
-        return false;
-    }
-    let (t_low, t_high) = walk.lane.t_ranges(simd, &edges);
-    let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below()));
-    open &= !outside.bits();
-    if open == 0 {
-        return false;
-    }
-    let within = simd.splat(walk.lane.t_min_above()).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below()));
-    let mut is_hit = open & (edges.certain() & within).bits() != 0;
-    if !is_hit {
-        simd.apart(AnyByOne { tree, walk, first, n_prims, open, is_hit: &mut is_hit });
-    }
-    is_hit
 }
 
 /// The triangles of a leaf that f32 left open.

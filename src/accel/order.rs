@@ -4,61 +4,77 @@ use super::slab::{SlabRay, WIDTH};
 use super::wide::{Tag, WideNode};
 use crate::simd::Simd;
 
-/// Something that the ray may meet: a lower bound of the parameter at which it does (24 bits, rounded down), the tag and
-/// the index of a child, from the highest bits to the lowest. So items compare as their parameters do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(transparent)]
-pub struct Item(pub u64);
+/// Something that the ray may meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Item {
+    /// A lower bound of the parameter at which it is met (24 bits, rounded down), above the bits of the tag of a child. So keys
+    /// compare as their parameters do.
+    key: u32,
+    child: u32,
+}
 
-/// Bits below the parameter.
-const PARAMETER_SHIFT: u32 = 40;
+/// The largest key of what a ray may still meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limit(u32);
+
+/// Bits of a key that are not the parameter's.
+const TAG_BITS: u32 = 0xff;
 
 impl Item {
     /// The root of a tree, met from the beginning.
-    pub const ROOT: Item = Item(0);
-
-    /// The largest item that a ray cut at `t_max` may still meet. `t_max` must not be negative.
-    #[inline(always)]
-    pub fn limit(t_max: f32) -> Item {
-        Item(u64::from(t_max.to_bits()) << 32 | ((1 << PARAMETER_SHIFT) - 1))
-    }
+    pub const ROOT: Item = Item { key: 0, child: 0 };
 
     /// What it is.
     #[inline(always)]
     pub fn tag(self) -> Tag {
-        Tag::from_bits((self.0 >> 32) as u8)
+        Tag::from_bits(self.key as u8)
     }
 
     /// Index of a node, or of the first row of a leaf.
     #[inline(always)]
     pub fn child(self) -> u32 {
-        self.0 as u32
+        self.child
     }
 }
 
-/// Packs the children of a node that a ray, cut at `t_max`, may meet, the nearest last; how many they are. Room for
-/// [`WIDTH`] is needed.
+impl Limit {
+    /// That of a ray cut at `t_max`, which must not be negative.
+    #[inline(always)]
+    pub fn at(t_max: f32) -> Limit {
+        Limit(t_max.to_bits() | TAG_BITS)
+    }
+}
+
+/// Writes the keys and the children of what a ray, cut at `t_max`, may meet in a node, the nearest last; how many they are. Room
+/// for [`WIDTH`] is needed.
 #[inline(always)]
-pub fn pack_children<S: Simd>(simd: S, node: &WideNode, slab: &SlabRay, t_max: f32, to: &mut [u64]) -> usize {
+pub fn pack_children<S: Simd>(
+    simd: S,
+    node: &WideNode,
+    slab: &SlabRay,
+    t_max: f32,
+    keys: &mut [u32],
+    children: &mut [u32],
+) -> usize {
     let (t_near, mask) = slab.hits(simd, &node.slabs, t_max);
     let order = &ORDER[slab.octant as usize % WIDTH][mask as usize % 256];
-    if let Some(to) = to.first_chunk_mut() {
-        simd.pack(t_near, node.tag_bits(), &node.child, order, to);
+    if let (Some(keys), Some(children)) = (keys.first_chunk_mut(), children.first_chunk_mut()) {
+        simd.pack(t_near, node.tag_bits(), &node.child, order, (keys, children));
     }
     mask.count_ones() as usize
 }
 
 /// Takes the last of some items that lies within the limit, and drops those behind it.
 #[inline(always)]
-pub fn pop(items: &[u64], n_items: &mut usize, limit: Item) -> Option<Item> {
+pub fn pop(keys: &[u32], children: &[u32], n_items: &mut usize, limit: Limit) -> Option<Item> {
     // The count stays in a register.
     let mut n = *n_items;
     while n > 0 {
         n -= 1;
-        let item = Item(*items.get(n)?);
-        if item <= limit {
+        let key = *keys.get(n)?;
+        if key <= limit.0 {
             *n_items = n;
-            return Some(item);
+            return Some(Item { key, child: *children.get(n)? });
         }
     }
     *n_items = 0;
@@ -107,10 +123,10 @@ mod tests {
 
     #[test]
     fn an_item_at_the_limit_is_kept_and_one_beyond_is_not() {
-        let item = |t: f32| Item(u64::from(t.to_bits() & !0xff) << 32 | 0xff_ffff_ffff);
+        let pops = |t: f32, limit: f32| pop(&[t.to_bits() | TAG_BITS], &[7], &mut 1, Limit::at(limit));
         for t in [0.0, 1e-40, 1.0, 3.0e38, f32::INFINITY] {
-            assert!(item(t) <= Item::limit(t));
-            assert!(item(f32::from_bits(t.to_bits() + 256)) > Item::limit(t));
+            assert_eq!(pops(t, t).map(Item::child), Some(7));
+            assert_eq!(pops(f32::from_bits(t.to_bits() + 256), t), None);
         }
     }
 }

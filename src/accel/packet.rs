@@ -5,7 +5,7 @@
 //! [`stream`](super::stream).
 
 use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
-use super::order::Item;
+use super::order::{Item, Limit};
 use super::query::{Any, Asked, Closest, Query};
 use super::single::{Mailboxes, Stack};
 use super::walk::Pending;
@@ -33,7 +33,7 @@ pub struct Found<'a, A> {
 pub trait PacketQuery: Query {
     /// Takes what eight rays of a packet have found of a triangle: rays that may hit it, of these the ones that certainly do,
     /// and the intervals that their parameters lie in.
-    fn take<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Self::Answer>, meeting: &Meeting<S::F32>);
+    fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Self::Answer>, meeting: &Meeting<S::F32>);
 }
 
 /// Eight rays and a triangle.
@@ -54,7 +54,7 @@ pub struct Meeting<F: F32Lanes> {
 #[inline(always)]
 pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
     let tree = &asked.accel.tree;
-    let mut items = vec![0; tree.stack_size()];
+    let mut items = vec![0; 2 * tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
     let around = asked.accel.surroundings();
     let mut others = Vec::with_capacity(asked.rays.len());
@@ -112,7 +112,7 @@ fn traverse<S: Simd, Q: PacketQuery>(
                 return;
             }
         }
-        let Some(next) = stack.pop(Item::limit(farthest)) else { return };
+        let Some(next) = stack.pop(Limit::at(farthest)) else { return };
         item = next;
     }
 }
@@ -153,14 +153,14 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
             let within = simd.load(&min_above[lanes]).lt(t_low) & t_high.lt(simd.load(&packet.t_max[1][lanes]));
             let certain = open & edges.certain() & within;
             let triangle = Pending { first, tag, lane: lane as u8 };
-            Q::take(simd, tree, found, &Meeting { lanes, triangle, open, certain, t_low, t_high });
+            Q::meet(simd, tree, found, &Meeting { lanes, triangle, open, certain, t_low, t_high });
         }
     }
 }
 
 impl PacketQuery for Closest {
     #[inline(always)]
-    fn take<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, meeting: &Meeting<S::F32>) {
+    fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, triangle, open, certain, t_low, t_high } = meeting;
         let (best_low, best_high) = (simd.load(&found.t_low[lanes]), simd.load(&found.t_max[lanes]));
         let closer = certain & t_high.lt(best_low);
@@ -179,7 +179,7 @@ impl PacketQuery for Closest {
 
 impl PacketQuery for Any {
     #[inline(always)]
-    fn take<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
+    fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, triangle, open, certain, .. } = meeting;
         let certain = certain.bits();
         for lane in set_bits(open.bits()) {

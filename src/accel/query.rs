@@ -1,14 +1,14 @@
 //! What is asked of a batch of rays, and the batch on its way: where rays come from and answers go to.
 
 use super::describe::{Rest, Undescribed};
-use super::leaf;
+use super::leaf::{self, Seen};
 use super::ready::Four;
 use super::slab::Surroundings;
 use super::walk::{Pending, Walk};
 use super::wide::{Tag, WideTree};
 use super::{Accel, linear};
-use crate::numeric::prepared::{PreparedRay, longest_axis};
-use crate::simd::{Simd, WIDTH64, set_bits};
+use crate::numeric::prepared::PreparedRay;
+use crate::simd::{F32Lanes, Simd, WIDTH, WIDTH64, set_bits};
 use crate::world::{Hit, Ray, World};
 
 /// What a batch asks.
@@ -24,8 +24,27 @@ pub trait Query {
     /// Asks the primitives outside of the tree: a hit to begin the walk with, or the answer where none is needed.
     fn begin<S: Simd>(simd: S, accel: &Accel, world: &World, walk: &Walk) -> Result<Hit, Self::Answer>;
 
+    /// What is to be known of the triangles of a leaf.
+    type Seen: Copy + Default;
+
+    /// Sees the triangles of a leaf, without a branch.
+    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Self::Seen;
+
+    /// Takes what was seen of the triangles of a leaf; whether the walk is over.
+    fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &Self::Seen) -> bool;
+
+    /// Tests a leaf of another kind; whether the walk is over.
+    fn other_leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
+
     /// Tests a leaf; whether the walk is over.
-    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool;
+    #[inline(always)]
+    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
+        if tag.is_triangles() {
+            let seen = Self::see(simd, tree, walk, first, tag);
+            return Self::take(simd, tree, walk, first, tag, &seen);
+        }
+        Self::other_leaf(simd, tree, world, walk, first, tag)
+    }
 
     /// The answer of a finished walk, or what is still to be described.
     fn end(walk: &Walk, is_over: bool, ray_idx: usize) -> Result<Self::Answer, Undescribed>;
@@ -42,6 +61,23 @@ pub struct Closest;
 #[derive(Clone, Copy, Debug)]
 pub struct Any;
 
+/// What the closest hit wants to know of the triangles of a leaf.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenClosest(Seen<[f32; WIDTH]>);
+
+impl Default for SeenClosest {
+    fn default() -> SeenClosest {
+        SeenClosest(Seen { open: 0, certain: 0, t_low: [0.0; WIDTH], t_high: [0.0; WIDTH] })
+    }
+}
+
+/// What any hit wants to know of them: those that may be hit, and those that certainly are.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SeenAny {
+    open: u32,
+    certain: u32,
+}
+
 impl Query for Closest {
     type Answer = Hit;
     const NOTHING: Hit = Hit::MISS;
@@ -56,8 +92,22 @@ impl Query for Closest {
         Ok(accel.closest_unbounded(simd, world, walk))
     }
 
+    type Seen = SeenClosest;
+
     #[inline(always)]
-    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
+    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> SeenClosest {
+        let Seen { open, certain, t_low, t_high } = leaf::see(simd, tree, walk, first, tag);
+        SeenClosest(Seen { open, certain, t_low: t_low.to_array(), t_high: t_high.to_array() })
+    }
+
+    #[inline(always)]
+    fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &SeenClosest) -> bool {
+        leaf::take_closest(simd, tree, walk, first, tag, &seen.0);
+        false
+    }
+
+    #[inline(always)]
+    fn other_leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
         leaf::closest(simd, tree, world, walk, first, tag);
         false
     }
@@ -66,9 +116,7 @@ impl Query for Closest {
     fn end(walk: &Walk, _is_over: bool, ray_idx: usize) -> Result<Hit, Undescribed> {
         match walk.best.pending {
             None => Ok(walk.best.hit),
-            Some(pending) => {
-                Err(Undescribed { ray_idx: ray_idx as u32, pending, axis: walk.lane.axis() as u8, tame: walk.tame })
-            }
+            Some(pending) => Err(Undescribed { ray_idx: ray_idx as u32, pending, tame: walk.tame }),
         }
     }
 
@@ -92,8 +140,21 @@ impl Query for Any {
         if accel.is_any_unbounded(simd, world, walk) { Err(true) } else { Ok(Hit::MISS) }
     }
 
+    type Seen = SeenAny;
+
     #[inline(always)]
-    fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
+    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> SeenAny {
+        let Seen { open, certain, .. } = leaf::see(simd, tree, walk, first, tag);
+        SeenAny { open, certain }
+    }
+
+    #[inline(always)]
+    fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &SeenAny) -> bool {
+        leaf::take_any(simd, tree, walk, first, tag, seen.open, seen.certain)
+    }
+
+    #[inline(always)]
+    fn other_leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
         leaf::any(simd, tree, world, walk, first, tag)
     }
 
@@ -241,9 +302,8 @@ impl<'a, Q: Query> Asked<'a, Q> {
     #[inline(always)]
     pub fn describe_later(&mut self, first: usize, is_pending: u32, pending: &[Pending]) {
         for i in set_bits(is_pending) {
-            let axis = longest_axis(self.rays[first + i].direction) as u8;
             // Rays of packets are tame.
-            self.rest.push_triangle(Undescribed { ray_idx: (first + i) as u32, pending: pending[i], axis, tame: true });
+            self.rest.push_triangle(Undescribed { ray_idx: (first + i) as u32, pending: pending[i], tame: true });
         }
     }
 

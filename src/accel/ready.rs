@@ -42,9 +42,9 @@ impl Four {
             four.set_extraordinary(0, ray);
             return four;
         }
-        let intervals = rays.intervals(simd);
-        SlabRay::four(simd, &rays, intervals[0], around, &mut four.slabs);
-        LaneRay::four(simd, &rays, intervals, &mut four.lanes);
+        let (inverse, intervals) = (rays.inverse_sizes(simd), rays.intervals(simd));
+        SlabRay::four(simd, &rays, inverse, intervals[0], around, &mut four.slabs);
+        LaneRay::four(simd, &rays, inverse, intervals, &mut four.lanes);
         four.tame[0] = ray.tame.into();
         four
     }
@@ -72,12 +72,12 @@ impl Four {
         around: &Surroundings,
     ) -> u32 {
         let [a, b, c, d] = places.map(|place| &batch[place as usize]);
-        let rays = FourRays::new(simd, [numbers(a), numbers(b), numbers(c), numbers(d)]);
+        let rays = FourRays::new(simd, [a.numbers(), b.numbers(), c.numbers(), d.numbers()]);
         let wanted = (1 << n) - 1;
         let ordinary = rays.ordinary(simd);
-        let intervals = rays.intervals(simd);
-        let near = SlabRay::four(simd, &rays, intervals[0], around, &mut self.slabs);
-        LaneRay::four(simd, &rays, intervals, &mut self.lanes);
+        let (inverse, intervals) = (rays.inverse_sizes(simd), rays.intervals(simd));
+        let near = SlabRay::four(simd, &rays, inverse, intervals[0], around, &mut self.slabs);
+        LaneRay::four(simd, &rays, inverse, intervals, &mut self.lanes);
         self.tame = bytes_of_bits(rays.tame(simd)).to_le_bytes();
         self.places = places;
         self.left = wanted & ordinary & if around.is_all { near } else { wanted };
@@ -110,10 +110,4 @@ impl Four {
         self.lanes[lane] = LaneRay::unknown(t_min, t_max, ray.axis);
         self.tame[lane] = ray.tame.into();
     }
-}
-
-#[inline(always)]
-fn numbers(ray: &Ray) -> [[f64; WIDTH64]; 2] {
-    let (o, d) = (ray.origin, ray.direction);
-    [[o.x, o.y, o.z, d.x], [d.y, d.z, ray.t_min, ray.t_max]]
 }

@@ -1,6 +1,6 @@
 //! One ray through the wide tree, nearest boxes first.
 
-use super::order::{self, Item};
+use super::order::{self, Item, Limit};
 use super::query::{Any, Asked, Closest, Query};
 use super::slab::SlabRay;
 use super::walk::Walk;
@@ -13,7 +13,8 @@ use crate::world::{Hit, World};
 /// Items that are still to be visited; kept between rays, so that no ray allocates.
 #[derive(Debug)]
 pub struct Stack<'a> {
-    items: &'a mut [u64],
+    keys: &'a mut [u32],
+    children: &'a mut [u32],
     n_items: usize,
     /// Leaves that have been tested.
     pub tested: Mailboxes,
@@ -37,7 +38,7 @@ const N_REMEMBERED: usize = 1 << 14;
 #[inline(always)]
 pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let (accel, world) = (asked.accel, asked.world);
-    let mut items = vec![0; accel.tree.stack_size()];
+    let mut items = vec![0; 2 * accel.tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(&accel.tree));
     let mut walk = Walk::nowhere();
     while let Some(ray_idx) = asked.start(simd, &mut walk) {
@@ -68,12 +69,12 @@ pub fn any_below<S: Simd>(simd: S, below: &WideTree, world: &World, ray: Prepare
 fn walk_below<S: Simd, Q: Query>(simd: S, below: &WideTree, world: &World, ray: PreparedRay) -> (bool, Walk) {
     let mut walk = Walk::nowhere();
     walk.begin_one(simd, &ray, &below.surroundings(0.0, true));
-    let (mut few, mut many) = ([0; FEW_ITEMS], Vec::new());
+    let (mut few, mut many) = ([0; 2 * FEW_ITEMS], Vec::new());
     let n_items = below.stack_size();
     let items = if n_items <= FEW_ITEMS {
         &mut few[..]
     } else {
-        many.resize(n_items, 0);
+        many.resize(2 * n_items, 0);
         &mut many[..]
     };
     // A leaf that stands in several nodes may be tested more than once.
@@ -112,9 +113,10 @@ fn traverse<S: Simd, Q: Query>(
 }
 
 impl<'a> Stack<'a> {
-    /// A stack for the rays of one batch, with room for [`WideTree::stack_size`] items.
-    pub fn new(items: &'a mut [u64], tested: Mailboxes) -> Stack<'a> {
-        Stack { items, n_items: 0, tested, ray: 0, visits: Visits::default() }
+    /// A stack for the rays of one batch, with two numbers for each of [`WideTree::stack_size`] items.
+    pub fn new(items: &'a mut [u32], tested: Mailboxes) -> Stack<'a> {
+        let (keys, children) = items.split_at_mut(items.len() / 2);
+        Stack { keys, children, n_items: 0, tested, ray: 0, visits: Visits::default() }
     }
 
     /// Starts a ray.
@@ -128,14 +130,14 @@ impl<'a> Stack<'a> {
     #[inline(always)]
     pub fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree, slab: &SlabRay, t_max: f32, node: u32) {
         self.visits.nodes += 1;
-        let room = &mut self.items[self.n_items..];
-        self.n_items += order::pack_children(simd, &tree.nodes[node as usize], slab, t_max, room);
+        let (keys, children) = (&mut self.keys[self.n_items..], &mut self.children[self.n_items..]);
+        self.n_items += order::pack_children(simd, &tree.nodes[node as usize], slab, t_max, keys, children);
     }
 
     /// Takes the nearest item within the limit.
     #[inline(always)]
-    pub fn pop(&mut self, limit: Item) -> Option<Item> {
-        order::pop(self.items, &mut self.n_items, limit)
+    pub fn pop(&mut self, limit: Limit) -> Option<Item> {
+        order::pop(self.keys, self.children, &mut self.n_items, limit)
     }
 }
 

@@ -5,7 +5,7 @@
 //! i is taken by [`INVERSE_MARGIN`] smaller for near planes and larger for far ones, the ray is made thicker by
 //! [`ORIGIN_MARGIN`] of its origin. The bound is derived in `docs/NUMERICS.md`.
 
-use crate::numeric::four::FourRays;
+use crate::numeric::four::{FourRays, SMALLEST_SHARE};
 use crate::simd::{F32Lanes, F64Lanes, MaskLanes, Simd, WIDTH64, bytes_of_bits};
 use crate::world::Bounds;
 
@@ -27,9 +27,6 @@ const INVERSE_MARGIN: f64 = 1.0 / (1 << 21) as f64;
 /// What the origin is taken to be wrong by, as a share of itself: the same roundings of plane·i and c, of which only the
 /// origin is left where they cancel, are below 3·2⁻²⁴ of it.
 const ORIGIN_MARGIN: f64 = 1.0 / (1 << 22) as f64;
-
-/// Components of a direction below this share of the longest are taken to be as large, so that no inverse leaves f32.
-const SMALLEST_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// A ray as the box test wants it: three numbers by axis, in fours as they are written.
 #[derive(Clone, Copy, Debug)]
@@ -94,28 +91,29 @@ struct Common<F> {
 
 impl<F: F64Lanes> Common<F> {
     #[inline(always)]
-    fn new<S: Simd<F64 = F>>(simd: S, longest: F, farthest: F, around: &Surroundings) -> Common<F> {
+    fn new<S: Simd<F64 = F>>(simd: S, longest: F, of_longest: F, farthest: F, around: &Surroundings) -> Common<F> {
         let reach = (farthest + simd.splat64(around.reach)) * simd.splat64(2.0);
         Common {
             least: longest * simd.splat64(SMALLEST_SHARE),
-            beyond: reach / longest,
+            beyond: reach * of_longest,
             thickness: farthest * simd.splat64(around.thickness),
         }
     }
 
-    /// An axis of rays that start at `origin` and run along it by between `sizes` in magnitude.
+    /// An axis of rays that start at `origin` and run along it by at least `smallest` in magnitude; the inverse is between
+    /// two.
     #[inline(always)]
-    fn axis<S: Simd<F64 = F>>(&self, simd: S, origin: F, sizes: [F; 2], runs_down: F::Mask) -> Axis<F> {
+    fn axis<S: Simd<F64 = F>>(&self, simd: S, origin: F, smallest: F, inverse: [F; 2], runs_down: F::Mask) -> Axis<F> {
         let one = simd.splat64(1.0);
-        let near = one / sizes[1].max(self.least) * simd.splat64(1.0 - INVERSE_MARGIN);
-        let far = one / sizes[0].max(self.least) * simd.splat64(1.0 + INVERSE_MARGIN);
+        let near = inverse[0] * simd.splat64(1.0 - INVERSE_MARGIN);
+        let far = inverse[1] * simd.splat64(1.0 + INVERSE_MARGIN);
         // Seen along the ray: the planes lie ahead where they are larger.
         let sign = (-one).select(runs_down, one);
         let ahead = origin * sign;
         let margin = origin.abs().mul_add(simd.splat64(ORIGIN_MARGIN), self.thickness);
         // Where the inverse is less than it should be, no box is left behind that the ray meets at all.
         let underflow = simd.splat64(f32::MIN_POSITIVE.into());
-        let extra = self.beyond.select(sizes[0].lt(self.least), underflow);
+        let extra = self.beyond.select(smallest.lt(self.least), underflow);
         let largest = simd.splat64(f32::MAX.into());
         Axis {
             near_inverse: near * sign,
@@ -141,25 +139,27 @@ impl SlabRay {
         }
     }
 
-    /// Four ordinary rays, with `t_min` rounded downwards and never −0.0, which would make a key that is greater than all others;
+    /// Four ordinary rays, with the inverse magnitudes of their directions, and `t_min` rounded downwards and never −0.0, which would make a key that is greater than all others;
     /// which of them may meet the box around all comes back, one bit each.
     #[inline(always)]
     pub fn four<S: Simd>(
         simd: S,
         rays: &FourRays<S::F64>,
+        inverse_sizes: [S::F64; 3],
         t_min: [f32; WIDTH64],
         around: &Surroundings,
         to: &mut [SlabRay; WIDTH64],
     ) -> u32 {
-        let common = Common::new(simd, rays.longest, rays.farthest(), around);
+        let [_, _, of_longest] = rays.in_axes(inverse_sizes);
+        let common = Common::new(simd, rays.longest, of_longest, rays.farthest(), around);
         let zero = simd.splat64(0.0);
         let (mut t_near, mut t_far) = (rays.t_min, rays.t_max);
         let (mut columns, mut octants) = ([[[0.0; WIDTH64]; 4]; 4], 0);
         for axis in 0..3 {
             // −0.0 is not below 0: a parallel ray is taken to run upwards.
             let runs_down = rays.direction[axis].lt(zero);
-            let size = rays.sizes[axis];
-            let numbers = common.axis(simd, rays.origin[axis], [size, size], runs_down);
+            let inverse = inverse_sizes[axis];
+            let numbers = common.axis(simd, rays.origin[axis], rays.sizes[axis], [inverse, inverse], runs_down);
             let (lo, hi) = (simd.splat64(around.bounds.lo[axis].into()), simd.splat64(around.bounds.hi[axis].into()));
             let (near, far) = (hi.select(runs_down, lo), lo.select(runs_down, hi));
             t_near = near.mul_add(numbers.near_inverse, numbers.near_offset).max(t_near);
@@ -203,8 +203,10 @@ impl SlabRay {
     ) -> SlabRay {
         let [x, y, z, _] = origin.abs().to_array();
         let farthest = x.max(y).max(z);
-        let common = Common::new(simd, simd.splat64(longest), simd.splat64(farthest), around);
-        let numbers = common.axis(simd, origin, sizes, runs_down);
+        let (longest, one) = (simd.splat64(longest), simd.splat64(1.0));
+        let common = Common::new(simd, longest, one / longest, simd.splat64(farthest), around);
+        let inverse = [one / sizes[1].max(common.least), one / sizes[0].max(common.least)];
+        let numbers = common.axis(simd, origin, sizes[0], inverse, runs_down);
         let octant = runs_down.bits() & 0b111;
         let mut slab = SlabRay {
             near_inverse: numbers.near_inverse.to_f32(),

@@ -36,7 +36,8 @@ struct Flight {
     number: u64,
     is_over: bool,
     /// What is left to be visited; eight are written at a time.
-    stack: [u64; STACK_SIZE + WIDTH],
+    keys: [u32; STACK_SIZE + WIDTH],
+    children: [u32; STACK_SIZE + WIDTH],
 }
 
 /// Which flights stand before what, one bit per flight.
@@ -76,7 +77,8 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
         ray_idx: 0,
         number: 0,
         is_over: false,
-        stack: [0; STACK_SIZE + WIDTH],
+        keys: [0; STACK_SIZE + WIDTH],
+        children: [0; STACK_SIZE + WIDTH],
     };
     let n_flights = n_flights.min(asked.n_left());
     let mut flights = vec![nowhere; n_flights];
@@ -89,6 +91,7 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
     }
 
     let nodes = tree.nodes.as_slice();
+    let mut seen = [Q::Seen::default(); IN_FLIGHT];
     while at.nodes | at.leaves | at.ended != 0 {
         // Nodes: first all boxes, which takes no branch that could go wrong, then what to do next.
         for i in set_bits(at.nodes) {
@@ -98,13 +101,26 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
             flights[i].advance::<S, LARGE>(simd, tree, &mut at, i);
         }
 
-        // Leaves.
+        // Leaves: first what is seen of triangles, then what follows from it, for the same reason.
+        let mut repeated = 0;
+        for i in set_bits(at.leaves) {
+            let flight = &flights[i];
+            let (first, tag) = (flight.item.child(), flight.item.tag());
+            repeated |= u32::from(mailboxes.has(flight.item, flight.number)) << i;
+            if tag.is_triangles() {
+                seen[i] = Q::see(simd, tree, &flight.walk, first, tag);
+            }
+        }
         for i in set_bits(std::mem::take(&mut at.leaves)) {
             let flight = &mut flights[i];
-            let item = flight.item;
-            if !mailboxes.has(item, flight.number) {
-                flight.is_over = Q::leaf(simd, tree, world, &mut flight.walk, item.child(), item.tag());
-            }
+            let (first, tag) = (flight.item.child(), flight.item.tag());
+            flight.is_over = if repeated >> i & 1 == 1 {
+                false
+            } else if tag.is_triangles() {
+                Q::take(simd, tree, &mut flight.walk, first, tag, &seen[i])
+            } else {
+                Q::other_leaf(simd, tree, world, &mut flight.walk, first, tag)
+            };
             if flight.is_over {
                 at.ended |= 1 << i;
             } else {
@@ -146,14 +162,15 @@ impl Flight {
     fn push_children<S: Simd>(&mut self, simd: S, nodes: &[WideNode]) {
         let node = &nodes[self.item.child() as usize];
         // `can_run` has seen to it that the stack suffices.
-        let room = &mut self.stack[self.n_items % STACK_SIZE..];
-        self.n_items += order::pack_children(simd, node, &self.walk.slab, self.walk.t_max, room);
+        let n = self.n_items % STACK_SIZE;
+        let (keys, children) = (&mut self.keys[n..], &mut self.children[n..]);
+        self.n_items += order::pack_children(simd, node, &self.walk.slab, self.walk.t_max, keys, children);
     }
 
     /// Goes on to the next item, asks for its memory, and notes before what the ray then stands.
     #[inline(always)]
     fn advance<S: Simd, const LARGE: bool>(&mut self, simd: S, tree: &WideTree, at: &mut Places, i: usize) {
-        let Some(item) = order::pop(&self.stack, &mut self.n_items, self.walk.limit) else {
+        let Some(item) = order::pop(&self.keys, &self.children, &mut self.n_items, self.walk.limit) else {
             at.ended |= 1 << i;
             return;
         };

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::order::Item;
+use super::order::Limit;
 use super::ready::Four;
 use super::slab::{SlabRay, Surroundings};
 use super::wide::{Tag, WideTree};
@@ -28,8 +28,8 @@ pub struct Walk {
     pub best: Best,
     /// `t_max` of the ray, rounded up.
     pub t_max: f32,
-    /// The largest item that is still worth a visit. A box at exactly the best t may hold a hit of a lower id.
-    pub limit: Item,
+    /// What is still worth a visit. A box at exactly the best t may hold a hit of a lower id.
+    pub limit: Limit,
 }
 
 /// The closest hit so far. A triangle or sphere that its lane is certain of is only described once the walk is over.
@@ -106,7 +106,7 @@ impl Walk {
         self.ray = *ray;
         self.best = Best::NOTHING;
         self.t_max = self.lane.t_max_above();
-        self.limit = Item::limit(self.t_max);
+        self.limit = Limit::at(self.t_max);
     }
 
     /// Starts a ray by itself.
@@ -120,7 +120,7 @@ impl Walk {
     pub fn nowhere() -> Walk {
         let (slab, lane) = (Four::NONE.slabs[0], Four::NONE.lanes[0]);
         let ray = Ray::new(DVec3::ZERO, DVec3::X);
-        Walk { slab, lane, best: Best::NOTHING, t_max: 1.0, limit: Item::limit(1.0), ray, tame: true }
+        Walk { slab, lane, best: Best::NOTHING, t_max: 1.0, limit: Limit::at(1.0), ray, tame: true }
     }
 
     /// The ray for exact tests, cut behind what was found; the hit itself stays inside, since a tie goes by id.
@@ -137,7 +137,7 @@ impl Walk {
     pub fn keep(&mut self, hit: Hit) {
         self.best = Best::exact(hit);
         self.t_max = self.best.t_high;
-        self.limit = Item::limit(self.t_max);
+        self.limit = Limit::at(self.t_max);
     }
 
     /// Takes as the best what is certainly hit, at a parameter that is only known to lie in an interval.
@@ -146,7 +146,7 @@ impl Walk {
         self.best.pending = Some(pending);
         (self.best.t_low, self.best.t_high) = (t_low, t_high);
         self.t_max = t_high;
-        self.limit = Item::limit(t_high);
+        self.limit = Limit::at(t_high);
     }
 }
 

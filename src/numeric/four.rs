@@ -26,6 +26,9 @@ pub struct FourRays<F: F64Lanes> {
     is_longest: [F::Mask; 2],
 }
 
+/// Components of a direction below this share of the longest are taken to be as large, so that no inverse leaves f32.
+pub const SMALLEST_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// Of an ordinary ray the direction's longest component lies between 2⁻⁸⁰ and 2⁸⁰, and the origin within 2¹⁰⁰ and 2¹²⁰
 /// times that component: then f32 holds what boxes are tested with along the longest axis.
 const LONGEST: [f64; 2] = [1.0 / (1u128 << 80) as f64, (1u128 << 80) as f64];
@@ -77,6 +80,14 @@ impl<F: F64Lanes> FourRays<F> {
     pub fn in_axes(&self, [x, y, z]: [F; 3]) -> [F; 3] {
         let [is_y, is_z] = self.is_longest;
         [x.select(is_z, z.select(is_y, y)), y.select(is_z, x.select(is_y, z)), z.select(is_z, y.select(is_y, x))]
+    }
+
+    /// The inverse magnitudes of the directions' components, each taken to be at least [`SMALLEST_SHARE`] of the longest.
+    #[inline(always)]
+    pub fn inverse_sizes<S: Simd<F64 = F>>(&self, simd: S) -> [F; 3] {
+        let (one, least) = (simd.splat64(1.0), self.longest * simd.splat64(SMALLEST_SHARE));
+        let [x, y, z] = self.sizes;
+        [one / x.max(least), one / y.max(least), one / z.max(least)]
     }
 
     /// Axes along which directions are longest; of equal ones the first.

@@ -58,17 +58,20 @@ impl LaneRay {
         }
     }
 
-    /// Four rays, each number rounded once, with what their intervals are rounded to. Of ordinary rays ([`FourRays::ordinary`]) the reciprocal is well held.
+    /// Four rays, each number rounded once, with the inverse magnitudes of their directions and what their intervals are rounded to. Of ordinary rays ([`FourRays::ordinary`]) the reciprocal is well held.
     #[inline(always)]
     pub fn four<S: Simd>(
         simd: S,
         rays: &FourRays<S::F64>,
+        inverse_sizes: [S::F64; 3],
         intervals: [[f32; WIDTH64]; 4],
         to: &mut [LaneRay; WIDTH64],
     ) {
         let [x, y, z] = rays.in_axes(rays.origin);
         let [dx, dy, dz] = rays.in_axes(rays.direction);
-        let inverse = simd.splat64(1.0) / dz;
+        // The longest component is never taken to be larger than it is.
+        let [_, _, inverse] = rays.in_axes(inverse_sizes);
+        let inverse = (-inverse).select(dz.lt(simd.splat64(0.0)), inverse);
 
         let rounded = [x.to_f32(), y.to_f32(), z.to_f32()];
         let off = [x - simd.widen(rounded[0]), y - simd.widen(rounded[1]), z - simd.widen(rounded[2])];
@@ -91,7 +94,7 @@ impl LaneRay {
     pub(crate) fn of(ray: &PreparedRay) -> LaneRay {
         let mut four = [LaneRay::unknown([0.0; 2], [1.0; 2], 0); WIDTH64];
         let rays = FourRays::same(Portable, ray);
-        LaneRay::four(Portable, &rays, rays.intervals(Portable), &mut four);
+        LaneRay::four(Portable, &rays, rays.inverse_sizes(Portable), rays.intervals(Portable), &mut four);
         four[0]
     }
 

@@ -187,21 +187,23 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn pack(self, key: F32x8, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]) {
+    fn pack(
+        self,
+        key: F32x8,
+        tag: &[u8; WIDTH],
+        value: &[u32; WIDTH],
+        order: &[u8; WIDTH],
+        to: (&mut [u32; WIDTH], &mut [u32; WIDTH]),
+    ) {
         // SAFETY: AVX2 is there; each load reads exactly the array it is given (8 bytes, 8 bytes, 32 bytes), and the
-        // stores fill the 64 bytes of `to`.
+        // stores fill the 32 bytes of each array of `to`.
         unsafe {
             let tags = _mm256_cvtepu8_epi32(_mm_loadl_epi64(tag.as_ptr().cast()));
             let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.as_ptr().cast()));
             let values = _mm256_loadu_si256(value.as_ptr().cast());
-            let upper = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(key.0), _mm256_set1_epi32(!0xff)), tags);
-            let upper = _mm256_permutevar8x32_epi32(upper, order);
-            let lower = _mm256_permutevar8x32_epi32(values, order);
-            let even = _mm256_unpacklo_epi32(lower, upper);
-            let odd = _mm256_unpackhi_epi32(lower, upper);
-            let to = to.as_mut_ptr().cast::<__m256i>();
-            _mm256_storeu_si256(to, _mm256_permute2x128_si256::<0x20>(even, odd));
-            _mm256_storeu_si256(to.add(1), _mm256_permute2x128_si256::<0x31>(even, odd));
+            let keys = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(key.0), _mm256_set1_epi32(!0xff)), tags);
+            _mm256_storeu_si256(to.0.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(keys, order));
+            _mm256_storeu_si256(to.1.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(values, order));
         }
     }
 }

@@ -84,7 +84,14 @@ impl Simd for Avx512 {
         self.0.prefetch_either(first, second, is_second, row);
     }
     #[inline(always)]
-    fn pack(self, key: F32x8, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]) {
+    fn pack(
+        self,
+        key: F32x8,
+        tag: &[u8; WIDTH],
+        value: &[u32; WIDTH],
+        order: &[u8; WIDTH],
+        to: (&mut [u32; WIDTH], &mut [u32; WIDTH]),
+    ) {
         self.0.pack(key, tag, value, order, to);
     }
 }

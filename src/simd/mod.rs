@@ -87,9 +87,16 @@ pub trait Simd: Copy {
     /// Asks for 256 bytes of a table ahead of time: of the second if `is_second`, else of the first.
     fn prefetch_either<T, U>(self, first: &[T], second: &[U], is_second: bool, row: usize);
 
-    /// Packs the keys and values of the lanes that `order` names, in its order, into 64 bits each: the key with its
-    /// last eight bits replaced by `tag`, above `value`. What stands behind the named ones is unspecified.
-    fn pack(self, key: Self::F32, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]);
+    /// Writes the keys, with their last eight bits replaced by `tag`, and the values of the lanes that `order` names, in its
+    /// order. What stands behind the named ones is unspecified.
+    fn pack(
+        self,
+        key: Self::F32,
+        tag: &[u8; WIDTH],
+        value: &[u32; WIDTH],
+        order: &[u8; WIDTH],
+        to: (&mut [u32; WIDTH], &mut [u32; WIDTH]),
+    );
 }
 
 /// Lanes that a comparison was true in.

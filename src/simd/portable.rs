@@ -81,11 +81,18 @@ impl Simd for Portable {
     fn prefetch_either<T, U>(self, _first: &[T], _second: &[U], _is_second: bool, _row: usize) {}
 
     #[inline(always)]
-    fn pack(self, key: Self::F32, tag: &[u8; WIDTH], value: &[u32; WIDTH], order: &[u8; WIDTH], to: &mut [u64; WIDTH]) {
-        for (to, &lane) in to.iter_mut().zip(order) {
+    fn pack(
+        self,
+        key: Self::F32,
+        tag: &[u8; WIDTH],
+        value: &[u32; WIDTH],
+        order: &[u8; WIDTH],
+        to: (&mut [u32; WIDTH], &mut [u32; WIDTH]),
+    ) {
+        for (place, &lane) in order.iter().enumerate() {
             let lane = lane as usize % WIDTH;
-            let upper = key.0[lane].to_bits() & !0xff | u32::from(tag[lane]);
-            *to = u64::from(upper) << 32 | u64::from(value[lane]);
+            to.0[place] = key.0[lane].to_bits() & !0xff | u32::from(tag[lane]);
+            to.1[place] = value[lane];
         }
     }
 }

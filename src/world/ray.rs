@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{InstanceId, MaterialId, ObjectId, PrimKind, PrimRef, World};
+use crate::numeric::four::RayNumbers;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::Parameter;
 use crate::numeric::triangle::TriangleHit;
@@ -47,6 +48,13 @@ impl Ray {
     #[inline(always)]
     pub fn prepare_with<S: Simd>(&self, simd: S) -> Option<PreparedRay> {
         PreparedRay::with_lanes(simd, self.origin, self.direction, self.t_min, self.t_max)
+    }
+
+    /// The ray as numbers, to be put in lanes.
+    #[inline(always)]
+    pub fn numbers(&self) -> RayNumbers {
+        let (o, d) = (self.origin, self.direction);
+        [[o.x, o.y, o.z, d.x], [d.y, d.z, self.t_min, self.t_max]]
     }
 
     /// The point at `t`.

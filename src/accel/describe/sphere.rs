@@ -1,7 +1,7 @@
 //! Parameters of spheres that were certainly hit.
 
 use super::super::wide::WideTree;
-use super::{DescribeOne, Undescribed, load_vector};
+use super::{DescribeOne, Undescribed, filled, rays_of};
 use crate::numeric::quadratic::{discriminant, stable_sum};
 use crate::numeric::ratio::{ACCEPTED_RELATIVE_ERROR, Bounded, Parameter};
 use crate::numeric::sphere::coefficients;
@@ -19,22 +19,15 @@ struct Roots {
 /// The same arithmetic as [`sphere::intersect`](crate::numeric::sphere::intersect), for which the lanes are that are not certain.
 #[inline(always)]
 pub fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undescribed], hits: &mut [Hit]) {
-    let (mut origin, mut direction) = ([[0.0; WIDTH64]; 3], [[0.0; WIDTH64]; 3]);
-    let (mut center, mut radius) = ([[0.0; WIDTH64]; 3], [0.0; WIDTH64]);
-    for lane in 0..WIDTH64 {
-        // Lanes without a ray repeat the last one.
-        let of = &four[lane.min(four.len() - 1)];
-        let ray = &rays[of.ray_idx as usize];
-        let (c, r) = of.pending.sphere(tree);
-        for axis in 0..3 {
-            origin[axis][lane] = ray.origin[axis];
-            direction[axis][lane] = ray.direction[axis];
-            center[axis][lane] = c[axis];
-        }
-        radius[lane] = r;
+    let filled = filled(four);
+    let lanes = rays_of(simd, rays, filled);
+    let mut rows = [[0.0; WIDTH64]; WIDTH64];
+    for (row, of) in rows.iter_mut().zip(filled) {
+        let (center, radius) = of.pending.sphere(tree);
+        *row = [center.x, center.y, center.z, radius];
     }
-    let of = |columns: &[[f64; WIDTH64]; 3]| load_vector(simd, columns);
-    let [a, b, c] = coefficients(of(&origin), of(&direction), of(&center), simd.load64(&radius));
+    let [x, y, z, radius] = simd.columns64(rows);
+    let [a, b, c] = coefficients(lanes.origin, lanes.direction, [x, y, z], radius);
 
     // The roots q/a and c/q.
     let discriminant = discriminant(a, b, c);
