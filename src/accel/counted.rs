@@ -250,7 +250,7 @@ impl<Q: Countable> Batch for Counted<'_, Q> {
         let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
         let mut walk = Walk::nowhere();
         let around = accel.surroundings();
-        let mut rest = Rest::default();
+        let mut rest = Rest::new(rays.len());
         for (ray_idx, ray) in rays.iter().enumerate() {
             visits[ray_idx] = Visits::default();
             answers[ray_idx] = Q::NOTHING;
@@ -273,11 +273,8 @@ impl<Q: Countable> Batch for Counted<'_, Q> {
             stack.visits = Visits::default();
             let is_over = traverse::<S, Q>(simd, tree, world, &mut walk, &mut stack);
             visits[ray_idx].add(stack.visits);
-            match Q::end(&walk, is_over, ray_idx) {
-                Ok(answer) => answers[ray_idx] = answer,
-                Err(undescribed) => rest.push(undescribed),
-            }
+            Q::end(&walk, is_over, ray_idx, &mut answers[ray_idx], &mut rest);
         }
-        Q::describe(simd, tree, rays, &rest, answers);
+        Q::describe(simd, tree, rays, &mut rest, answers);
     }
 }

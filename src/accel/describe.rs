@@ -25,36 +25,46 @@ pub struct Undescribed {
 }
 
 /// Hits of a batch that are still to be described.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Rest {
-    triangles: Vec<Undescribed>,
-    spheres: Vec<Undescribed>,
+    /// They come first, and what stands behind them means nothing.
+    all: Vec<Undescribed>,
+    n: usize,
 }
 
 impl Rest {
-    /// Adds a triangle.
-    #[inline(always)]
-    pub fn push_triangle(&mut self, undescribed: Undescribed) {
-        self.triangles.push(undescribed);
+    /// None yet, and room for one per ray.
+    pub fn new(n_rays: usize) -> Rest {
+        Rest { all: vec![Undescribed { ray_idx: 0, pending: Pending::NOTHING, tame: false }; n_rays + 1], n: 0 }
     }
 
-    /// Adds one.
+    /// Adds one, if it is one; a ray must not be added twice.
     #[inline(always)]
-    pub fn push(&mut self, undescribed: Undescribed) {
-        if undescribed.pending.tag.is_triangles() {
-            self.triangles.push(undescribed);
-        } else {
-            self.spheres.push(undescribed);
-        }
+    pub fn push_if(&mut self, is_one: bool, undescribed: Undescribed) {
+        self.all[self.n] = undescribed;
+        self.n += usize::from(is_one);
     }
 
     /// Describes all of them.
     #[inline(always)]
-    pub fn describe<S: Simd>(&self, simd: S, tree: &WideTree, rays: &[Ray], hits: &mut [Hit]) {
-        for four in self.triangles.chunks(WIDTH64) {
+    pub fn describe<S: Simd>(&mut self, simd: S, tree: &WideTree, rays: &[Ray], hits: &mut [Hit]) {
+        let all = &mut self.all[..self.n];
+        let mut n_triangles = all.len();
+        if !tree.sphere_rows.is_empty() {
+            // Triangles first.
+            n_triangles = 0;
+            for i in 0..all.len() {
+                if all[i].pending.tag.is_triangles() {
+                    all.swap(i, n_triangles);
+                    n_triangles += 1;
+                }
+            }
+        }
+        let (triangles, spheres) = all.split_at(n_triangles);
+        for four in triangles.chunks(WIDTH64) {
             describe_four(simd, tree, rays, four, hits);
         }
-        for four in self.spheres.chunks(WIDTH64) {
+        for four in spheres.chunks(WIDTH64) {
             sphere::describe_four(simd, tree, rays, four, hits);
         }
     }

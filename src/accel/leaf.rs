@@ -154,8 +154,8 @@ fn offer(tree: &WideTree, walk: &mut Walk, hit: Option<Hit>) {
 /// Describes the best hit if it is pending.
 #[inline(always)]
 pub fn settle(tree: &WideTree, walk: &mut Walk) {
-    if let Some(pending) = walk.best.pending
-        && let Some(hit) = pending.intersect(tree, &walk.prepared())
+    if walk.best.is_pending
+        && let Some(hit) = walk.best.pending.intersect(tree, &walk.prepared())
     {
         walk.keep(hit);
     }

@@ -24,6 +24,21 @@ impl Item {
     /// The root of a tree, met from the beginning.
     pub const ROOT: Item = Item { key: 0, child: 0 };
 
+    /// What lies at the bottom of a walk, met whatever its limit.
+    pub const END: Item = Item { key: Tag::END.bits() as u32, child: 0 };
+
+    /// The item of a key and a child.
+    #[inline(always)]
+    pub fn new(key: u32, child: u32) -> Item {
+        Item { key, child }
+    }
+
+    /// Its key.
+    #[inline(always)]
+    pub fn key(self) -> u32 {
+        self.key
+    }
+
     /// What it is.
     #[inline(always)]
     pub fn tag(self) -> Tag {
@@ -38,6 +53,12 @@ impl Item {
 }
 
 impl Limit {
+    /// Whether a key is within it.
+    #[inline(always)]
+    pub fn allows(self, key: u32) -> bool {
+        key <= self.0
+    }
+
     /// That of a ray cut at `t_max`, which must not be negative.
     #[inline(always)]
     pub fn at(t_max: f32) -> Limit {
@@ -72,7 +93,7 @@ pub fn pop(keys: &[u32], children: &[u32], n_items: &mut usize, limit: Limit) ->
     while n > 0 {
         n -= 1;
         let key = *keys.get(n)?;
-        if key <= limit.0 {
+        if limit.allows(key) {
             *n_items = n;
             return Some(Item { key, child: *children.get(n)? });
         }

@@ -76,7 +76,7 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
             t_max: packet.t_max[0],
             t_low: [[f32::INFINITY; WIDTH]; N_LANES],
             is_pending: 0,
-            pending: [Pending { first: 0, tag: Tag::NODE, lane: 0 }; N_RAYS],
+            pending: [Pending::NOTHING; N_RAYS],
         };
         traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack);
         let Found { is_pending, pending, .. } = found;

@@ -4,7 +4,7 @@ use super::describe::{Rest, Undescribed};
 use super::leaf::{self, Seen};
 use super::ready::Four;
 use super::slab::Surroundings;
-use super::walk::{Pending, Walk};
+use super::walk::{Best, Pending, Walk};
 use super::wide::{Tag, WideTree};
 use super::{Accel, linear};
 use crate::numeric::prepared::PreparedRay;
@@ -17,6 +17,8 @@ pub trait Query {
     type Answer: Copy;
     /// The answer to a ray that can hit nothing.
     const NOTHING: Self::Answer;
+    /// Whether answers are described at the end of a batch.
+    const IS_DESCRIBED: bool;
 
     /// The answer of the full scan.
     fn scan(world: &World, ray: &PreparedRay) -> Self::Answer;
@@ -46,11 +48,11 @@ pub trait Query {
         Self::other_leaf(simd, tree, world, walk, first, tag)
     }
 
-    /// The answer of a finished walk, or what is still to be described.
-    fn end(walk: &Walk, is_over: bool, ray_idx: usize) -> Result<Self::Answer, Undescribed>;
+    /// Writes the answer of a finished walk, and notes what is still to be described.
+    fn end(walk: &Walk, is_over: bool, ray_idx: usize, answer: &mut Self::Answer, rest: &mut Rest);
 
     /// Describes what is still to be described.
-    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &Rest, answers: &mut [Self::Answer]);
+    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &mut Rest, answers: &mut [Self::Answer]);
 }
 
 /// The closest hit.
@@ -81,6 +83,7 @@ pub struct SeenAny {
 impl Query for Closest {
     type Answer = Hit;
     const NOTHING: Hit = Hit::MISS;
+    const IS_DESCRIBED: bool = true;
 
     #[inline(always)]
     fn scan(world: &World, ray: &PreparedRay) -> Hit {
@@ -113,15 +116,15 @@ impl Query for Closest {
     }
 
     #[inline(always)]
-    fn end(walk: &Walk, _is_over: bool, ray_idx: usize) -> Result<Hit, Undescribed> {
-        match walk.best.pending {
-            None => Ok(walk.best.hit),
-            Some(pending) => Err(Undescribed { ray_idx: ray_idx as u32, pending, tame: walk.tame }),
-        }
+    fn end(walk: &Walk, _is_over: bool, ray_idx: usize, answer: &mut Hit, rest: &mut Rest) {
+        // Without a branch, which would go wrong where some rays hit and others do not.
+        *answer = walk.best.hit;
+        let Best { pending, is_pending, .. } = walk.best;
+        rest.push_if(is_pending, Undescribed { ray_idx: ray_idx as u32, pending, tame: walk.tame });
     }
 
     #[inline(always)]
-    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &Rest, answers: &mut [Hit]) {
+    fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &mut Rest, answers: &mut [Hit]) {
         rest.describe(simd, tree, rays, answers);
     }
 }
@@ -129,6 +132,7 @@ impl Query for Closest {
 impl Query for Any {
     type Answer = bool;
     const NOTHING: bool = false;
+    const IS_DESCRIBED: bool = false;
 
     #[inline(always)]
     fn scan(world: &World, ray: &PreparedRay) -> bool {
@@ -159,12 +163,12 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn end(_walk: &Walk, is_over: bool, _ray_idx: usize) -> Result<bool, Undescribed> {
-        Ok(is_over)
+    fn end(_walk: &Walk, is_over: bool, _ray_idx: usize, answer: &mut bool, _rest: &mut Rest) {
+        *answer = is_over;
     }
 
     #[inline(always)]
-    fn describe<S: Simd>(_simd: S, _tree: &WideTree, _rays: &[Ray], _rest: &Rest, _answers: &mut [bool]) {}
+    fn describe<S: Simd>(_simd: S, _tree: &WideTree, _rays: &[Ray], _rest: &mut Rest, _answers: &mut [bool]) {}
 }
 
 /// Which rays of a batch are still to be started.
@@ -243,7 +247,7 @@ impl<'a, Q: Query> Asked<'a, Q> {
             todo: Todo::Run(0..0),
             four: Four::NONE,
             around: accel.surroundings(),
-            rest: Rest::default(),
+            rest: Rest::new(if Q::IS_DESCRIBED { rays.len() } else { 0 }),
         }
     }
 
@@ -303,22 +307,19 @@ impl<'a, Q: Query> Asked<'a, Q> {
     pub fn describe_later(&mut self, first: usize, is_pending: u32, pending: &[Pending]) {
         for i in set_bits(is_pending) {
             // Rays of packets are tame.
-            self.rest.push_triangle(Undescribed { ray_idx: (first + i) as u32, pending: pending[i], tame: true });
+            self.rest.push_if(true, Undescribed { ray_idx: (first + i) as u32, pending: pending[i], tame: true });
         }
     }
 
     /// Takes the result of a walk.
     #[inline(always)]
     pub fn end(&mut self, walk: &Walk, is_over: bool, ray_idx: usize) {
-        match Q::end(walk, is_over, ray_idx) {
-            Ok(answer) => self.answers[ray_idx] = answer,
-            Err(undescribed) => self.rest.push(undescribed),
-        }
+        Q::end(walk, is_over, ray_idx, &mut self.answers[ray_idx], &mut self.rest);
     }
 
     /// Describes what is left once all have ended.
     #[inline(always)]
     pub fn describe<S: Simd>(&mut self, simd: S) {
-        Q::describe(simd, &self.accel.tree, self.rays, &self.rest, self.answers);
+        Q::describe(simd, &self.accel.tree, self.rays, &mut self.rest, self.answers);
     }
 }

@@ -21,7 +21,7 @@ const FEW_IN_FLIGHT: usize = 16;
 /// Bytes of nodes up to which a tree is taken to lie in the caches.
 const SMALL_TREE: usize = 4 << 20;
 
-/// Items that a ray in flight has room for, a power of two: enough for trees of 16 levels.
+/// Items that a ray in flight has room for, a power of two: enough for trees of 15 levels.
 const STACK_SIZE: usize = 128;
 
 /// A ray in flight.
@@ -51,7 +51,7 @@ struct Places {
 /// Whether rays of this tree fit in flight: ten million triangles take 11 levels, and deeper trees are rare enough to be
 /// walked ray by ray.
 pub fn can_run(tree: &WideTree) -> bool {
-    tree.stack_size() <= STACK_SIZE
+    tree.stack_size() < STACK_SIZE
 }
 
 /// Walks all rays of a batch.
@@ -73,11 +73,12 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
     let nowhere = Flight {
         walk: Walk::nowhere(),
         item: Item::ROOT,
-        n_items: 0,
+        n_items: 1,
         ray_idx: 0,
         number: 0,
         is_over: false,
-        keys: [0; STACK_SIZE + WIDTH],
+        // The first one is never overwritten.
+        keys: [Item::END.key(); STACK_SIZE + WIDTH],
         children: [0; STACK_SIZE + WIDTH],
     };
     let n_flights = n_flights.min(asked.n_left());
@@ -114,18 +115,17 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
         for i in set_bits(std::mem::take(&mut at.leaves)) {
             let flight = &mut flights[i];
             let (first, tag) = (flight.item.child(), flight.item.tag());
-            flight.is_over = if repeated >> i & 1 == 1 {
+            let is_over = if repeated >> i & 1 == 1 {
                 false
             } else if tag.is_triangles() {
                 Q::take(simd, tree, &mut flight.walk, first, tag, &seen[i])
             } else {
                 Q::other_leaf(simd, tree, world, &mut flight.walk, first, tag)
             };
-            if flight.is_over {
-                at.ended |= 1 << i;
-            } else {
-                flight.advance::<S, LARGE>(simd, tree, &mut at, i);
-            }
+            // Where the walk is over the end comes next.
+            flight.is_over = is_over;
+            flight.n_items = if is_over { 1 } else { flight.n_items };
+            flight.advance::<S, LARGE>(simd, tree, &mut at, i);
         }
 
         // Ends, and new rays.
@@ -154,7 +154,7 @@ impl Flight {
     fn begin<S: Simd, Q: Query>(&mut self, simd: S, asked: &mut Asked<Q>, number: u64) -> bool {
         let Some(ray_idx) = asked.start(simd, &mut self.walk) else { return false };
         (self.ray_idx, self.number) = (ray_idx, number);
-        (self.item, self.n_items, self.is_over) = (Item::ROOT, 0, false);
+        (self.item, self.n_items, self.is_over) = (Item::ROOT, 1, false);
         true
     }
 
@@ -167,22 +167,26 @@ impl Flight {
         self.n_items += order::pack_children(simd, node, &self.walk.slab, self.walk.t_max, keys, children);
     }
 
-    /// Goes on to the next item, asks for its memory, and notes before what the ray then stands.
+    /// Goes on to the next item, asks for its memory, and notes before what the ray then stands: without a branch but where
+    /// items are dropped, since what comes next cannot be foreseen.
     #[inline(always)]
     fn advance<S: Simd, const LARGE: bool>(&mut self, simd: S, tree: &WideTree, at: &mut Places, i: usize) {
-        let Some(item) = order::pop(&self.keys, &self.children, &mut self.n_items, self.walk.limit) else {
-            at.ended |= 1 << i;
-            return;
-        };
-        self.item = item;
-        let child = item.child() as usize;
-        let is_leaf = item.tag().n_prims() > 0;
+        let mut n = self.n_items - 1;
+        // The end is within every limit.
+        while !self.walk.limit.allows(self.keys[n]) {
+            n -= 1;
+        }
+        let item = Item::new(self.keys[n], self.children[n]);
+        (self.item, self.n_items) = (item, n);
+        let (tag, child) = (item.tag(), item.child() as usize);
+        let (is_leaf, is_end) = (tag.n_prims() > 0, tag.is_end());
         if LARGE {
             // A leaf of another kind asks for memory in vain.
             let row = if is_leaf { N_COORDINATES * child } else { child };
             simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, row);
         }
         at.leaves |= u32::from(is_leaf) << i;
-        at.nodes |= u32::from(!is_leaf) << i;
+        at.ended |= u32::from(is_end) << i;
+        at.nodes |= u32::from(!(is_leaf | is_end)) << i;
     }
 }

@@ -37,8 +37,10 @@ pub struct Walk {
 pub struct Best {
     /// The hit, when nothing is pending.
     pub hit: Hit,
-    /// What is certainly hit, and closer than `hit`.
-    pub pending: Option<Pending>,
+    /// What is certainly hit, and closer than `hit`, if anything is pending.
+    pub pending: Pending,
+    /// Whether it is.
+    pub is_pending: bool,
     /// Its parameter lies between these.
     pub t_low: f32,
     /// See `t_low`.
@@ -57,6 +59,9 @@ pub struct Pending {
 }
 
 impl Pending {
+    /// Of no consequence.
+    pub const NOTHING: Pending = Pending { first: 0, tag: Tag::NODE, lane: 0 };
+
     /// The corners of a triangle.
     #[inline(always)]
     pub fn corners(self, tree: &WideTree) -> [Vec3; 3] {
@@ -143,7 +148,7 @@ impl Walk {
     /// Takes as the best what is certainly hit, at a parameter that is only known to lie in an interval.
     #[inline(always)]
     pub fn keep_pending(&mut self, pending: Pending, t_low: f32, t_high: f32) {
-        self.best.pending = Some(pending);
+        (self.best.pending, self.best.is_pending) = (pending, true);
         (self.best.t_low, self.best.t_high) = (t_low, t_high);
         self.t_max = t_high;
         self.limit = Limit::at(t_high);
@@ -152,19 +157,25 @@ impl Walk {
 
 impl Best {
     /// No hit yet.
-    const NOTHING: Best = Best { hit: Hit::MISS, pending: None, t_low: f32::INFINITY, t_high: f32::INFINITY };
+    const NOTHING: Best = Best {
+        hit: Hit::MISS,
+        pending: Pending::NOTHING,
+        is_pending: false,
+        t_low: f32::INFINITY,
+        t_high: f32::INFINITY,
+    };
 
     /// Whether the best is this primitive, in this tree.
     #[inline(always)]
     pub fn is_of(&self, prim: PrimRef, tree: &WideTree) -> bool {
-        match self.pending {
-            Some(pending) => pending.prim(tree) == prim,
-            None => self.hit.prim == prim && self.hit.instance == InstanceId::WORLD,
+        if self.is_pending {
+            return self.pending.prim(tree) == prim;
         }
+        self.hit.prim == prim && self.hit.instance == InstanceId::WORLD
     }
 
     #[inline(always)]
     fn exact(hit: Hit) -> Best {
-        Best { hit, pending: None, t_low: f32_at_most(hit.t), t_high: f32_at_least(hit.t) }
+        Best { hit, t_low: f32_at_most(hit.t), t_high: f32_at_least(hit.t), ..Best::NOTHING }
     }
 }

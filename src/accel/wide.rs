@@ -41,6 +41,9 @@ impl Tag {
     /// A node, or an unused slot.
     pub const NODE: Tag = Tag(0);
 
+    /// Not a child: what lies at the bottom of a walk.
+    pub const END: Tag = Tag(1 << 6);
+
     /// A leaf of 1 to [`MAX_LEAF`] primitives.
     #[inline]
     pub fn leaf(kind: PrimKind, n_prims: usize) -> Tag {
@@ -52,6 +55,18 @@ impl Tag {
     #[inline]
     pub fn from_bits(bits: u8) -> Tag {
         Tag(bits)
+    }
+
+    /// The bits of a tag.
+    #[inline]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// Whether it is [`Tag::END`].
+    #[inline]
+    pub fn is_end(self) -> bool {
+        self.0 & Tag::END.0 != 0
     }
 
     /// The same leaf, known to stand in several nodes.

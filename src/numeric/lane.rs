@@ -77,7 +77,8 @@ impl LaneRay {
         let off = [x - simd.widen(rounded[0]), y - simd.widen(rounded[1]), z - simd.widen(rounded[2])];
         let residual = off[0].abs().max(off[1].abs()).max(off[2].abs());
         let reach = (residual * simd.splat64(REACH_PER_RESIDUAL)).to_f32();
-        let slack = (residual * simd.splat64(SLACK_PER_RESIDUAL)).to_f32();
+        let underflow = simd.splat64(f32::MIN_POSITIVE.into());
+        let slack = residual.mul_add(simd.splat64(SLACK_PER_RESIDUAL), underflow).to_f32();
 
         let slopes = [(dx * inverse).to_f32(), (dy * inverse).to_f32()];
         let origins = simd.rows32([rounded[0], rounded[1], rounded[2], reach]);
@@ -174,10 +175,10 @@ pub fn sound_reciprocal(inverse: f64) -> f32 {
     if sound { reciprocal } else { f32::NAN }
 }
 
-/// What the rounding of an origin by `residual` adds to the error of a depth.
+/// What the rounding of an origin by `residual` adds to the error of a depth, and what underflow may.
 #[inline(always)]
 pub fn depth_slack(residual: f32) -> f32 {
-    SLACK_PER_RESIDUAL as f32 * residual
+    SLACK_PER_RESIDUAL as f32 * residual + f32::MIN_POSITIVE
 }
 
 /// Reciprocals between this and its inverse keep their precision in f32, and products with depths their range.
@@ -204,7 +205,7 @@ impl<F: F32Lanes> LaneEdges<F> {
         let weight_error = share.mul_add(simd.splat(4.5), simd.splat(12.0 * U32));
         let known = share.lt(simd.splat(LARGEST_SHARE as f32));
         let weight_error = weight_error.select(known, simd.splat(f32::INFINITY));
-        let rounding = self.largest_depth.mul_add(simd.splat(8.0 * U32), slack + simd.splat(f32::MIN_POSITIVE));
+        let rounding = self.largest_depth.mul_add(simd.splat(8.0 * U32), slack);
         let z_error = weight_error.mul_add(to_b.abs() + to_c.abs(), rounding);
         let t = z * reciprocal;
         let underflow = simd.splat(f32::MIN_POSITIVE);
@@ -212,18 +213,18 @@ impl<F: F32Lanes> LaneEdges<F> {
         (t - error, t + error)
     }
 
-    /// Lanes that the line does not certainly pass outside of: no two edge functions have certain signs that differ.
+    /// Lanes that the line does not certainly pass outside of: no two edge functions have certain signs that differ. Where one
+    /// is NaN the error is infinite, and nothing certain.
     #[inline(always)]
     pub fn open(&self) -> F::Mask {
         let [a, b, c] = self.weights;
-        let outside = self.error.lt(a.max(b).max(c)) & a.min(b).min(c).lt(-self.error);
-        !outside
+        self.error.not_lt(a.max(b).max(c)) | a.min(b).min(c).not_lt(-self.error)
     }
 
-    /// Lanes in which all three signs are certain; in an open lane the line then certainly passes inside.
+    /// Lanes in which all three signs are certain and the same: the line passes inside.
     #[inline(always)]
     pub fn certain(&self) -> F::Mask {
         let [a, b, c] = self.weights;
-        self.error.lt(a.abs().min(b.abs()).min(c.abs()))
+        self.error.lt(a.min(b).min(c)) | a.max(b).max(c).lt(-self.error)
     }
 }

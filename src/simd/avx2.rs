@@ -310,6 +310,10 @@ impl F32Lanes for F32x8 {
         Mask32(intrinsic!(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)))
     }
     #[inline(always)]
+    fn not_lt(self, other: F32x8) -> Mask32 {
+        Mask32(intrinsic!(_mm256_cmp_ps::<_CMP_NLT_UQ>(self.0, other.0)))
+    }
+    #[inline(always)]
     fn le(self, other: F32x8) -> Mask32 {
         Mask32(intrinsic!(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)))
     }

@@ -122,6 +122,8 @@ pub trait F32Lanes:
     fn abs(self) -> Self;
     /// `self < other`.
     fn lt(self, other: Self) -> Self::Mask;
+    /// Not `self < other`: true where either is NaN.
+    fn not_lt(self, other: Self) -> Self::Mask;
     /// `self <= other`.
     fn le(self, other: Self) -> Self::Mask;
     /// This where the mask is set, `other` elsewhere.

@@ -164,6 +164,10 @@ impl F32Lanes for Array<f32, WIDTH> {
         Array(from_fn(|i| self.0[i] < other.0[i]))
     }
     #[inline(always)]
+    fn not_lt(self, other: Self) -> Self::Mask {
+        !self.lt(other)
+    }
+    #[inline(always)]
     fn le(self, other: Self) -> Self::Mask {
         Array(from_fn(|i| self.0[i] <= other.0[i]))
     }
