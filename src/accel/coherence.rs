@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::slab::{SlabRay, Surroundings};
-use crate::numeric::four::is_ordinary;
-use crate::numeric::lane::{depth_slack, sound_reciprocal};
+use crate::numeric::four::FourRays;
+use crate::numeric::lane::depth_slack;
 use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL, Span};
-use crate::numeric::prepared::{PreparedRay, lanes, tame};
+use crate::numeric::prepared::{AXES, lanes, longest_axis};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
 use crate::world::Ray;
@@ -50,159 +50,189 @@ pub struct Packet {
 /// The packet of sixteen rays; `None` when they are not coherent, or any of them is not an ordinary one.
 #[inline(always)]
 pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings) -> Option<Packet> {
-    let [lo, hi] = common(simd, rays)?;
+    // Most rays that are no packet are found out by the first and the last.
+    let [first, .., last] = rays;
+    if first.origin != last.origin {
+        return None;
+    }
+    let fours = fours(simd, rays);
+    if !is_sound(simd, first, &fours) {
+        return None;
+    }
+    let (lo, hi) = directions(simd, &fours);
 
     // Octant. Zeros run upwards, with either sign.
     let zero = simd.splat64(0.0);
-    let (upwards, downwards) = (zero.le(lo).bits() & 0b111, hi.lt(zero).bits() & 0b111);
-    if upwards | downwards != 0b111 {
+    let (upwards, downwards) = (zero.le(lo), hi.lt(zero));
+    if (upwards | downwards).bits() & 0b111 != 0b111 {
         return None;
     }
-    let (size_lo, size_hi) = (lo.abs(), hi.abs());
-    let (smallest, largest) = (-(-size_lo).max(-size_hi), size_lo.max(size_hi));
-    let t_min = rays.iter().fold(f64::INFINITY, |t_min, ray| if ray.t_min < t_min { ray.t_min } else { t_min });
-    let axes = PreparedRay::new(rays[0].origin, rays[0].direction, 0.0, 1.0)?.axes();
-    let [shortest, longest] = [smallest.to_array()[axes[2] % WIDTH64], largest.to_array()[axes[2] % WIDTH64]];
-    if !is_ordinary(rays[0].origin.abs().max_element(), [shortest, longest]) {
-        return None;
-    }
-    let sizes = [smallest, largest];
-    let slab =
-        SlabRay::around(simd, lanes(simd, rays[0].origin), sizes, hi.lt(zero), shortest, f32_at_most(t_min), around);
 
     // Slopes.
-    let Slopes { middle: slope, dx, dy, reciprocal } = Slopes::new(rays, axes);
-    let spans = [span(&dx[0], &dy[0]), span(&dx[1], &dy[1])];
-    let spread = farthest(dx.as_flattened()).max(farthest(dy.as_flattened()));
+    let axis = longest_axis(first.direction);
+    let (slopes, ends) = slopes(simd, &fours, AXES[axis % 3]);
+    let slope = middles(&ends);
+    let (dx, dy) = (remainders(simd, &slopes[0], slope[0]), remainders(simd, &slopes[1], slope[1]));
+    let spans = [span(&ends[0], slope), span(&ends[1], slope)];
+    let spread = spans[0].farthest().max(spans[1].farthest());
     // Negated so that NaN fails.
     if !(slope[0].abs().max(slope[1].abs()) <= 1.0 && spread <= WIDEST) {
         return None;
     }
-    let origin = DVec3::from_array(axes.map(|axis| rays[0].origin[axis]));
+
+    // Boxes.
+    let (size_lo, size_hi) = (lo.abs(), hi.abs());
+    let sizes = [size_lo.min(size_hi), size_lo.max(size_hi)];
+    let shortest = sizes[0].to_array()[axis % WIDTH64];
+    let (t_min, t_max, lowest) = intervals(simd, first, &fours);
+    let slab = SlabRay::around(simd, lanes(simd, first.origin), sizes, downwards, shortest, lowest, around);
+
+    let axes = AXES[axis % 3];
+    let origin = DVec3::from_array(axes.map(|axis| first.origin[axis]));
     let rounded = origin.as_vec3();
     let residual = f32_at_least((origin - rounded.as_dvec3()).abs().max_element());
-    let shear =
-        PacketShear { origin: rounded.to_array(), slope, spread, reach: residual * REACH_PER_RESIDUAL, axis: axes[2] };
-    let (t_min, t_max) = intervals(rays);
+    let shear = PacketShear { origin: rounded.to_array(), slope, spread, reach: residual * REACH_PER_RESIDUAL, axis };
+    let reciprocal = [halves::<S>(slopes[2][0], slopes[2][1]), halves::<S>(slopes[2][2], slopes[2][3])];
     Some(Packet { slab, shear, spans, dx, dy, reciprocal, slack: depth_slack(residual), t_min, t_max })
 }
 
-/// Checks what takes no division: one origin, all numbers tame, intervals that are not empty. Then the smallest and
-/// largest components of the directions.
+/// Four rays at a time.
+type Fours<S> = [FourRays<<S as Simd>::F64>; N_FOURS];
+
+/// Fours in a packet.
+const N_FOURS: usize = N_RAYS / WIDTH64;
+
 #[inline(always)]
-fn common<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Option<[S::F64; 2]> {
-    // Most rays that are no packet are found out by the first and the last.
-    if rays[0].origin != rays[N_RAYS - 1].origin {
-        return None;
+fn fours<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Fours<S> {
+    let mut fours = [FourRays::new(simd, [rays[0].numbers(); WIDTH64]); N_FOURS];
+    for (four, of) in fours.iter_mut().zip(rays.chunks_exact(WIDTH64)) {
+        *four = FourRays::new(simd, [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()]);
     }
-    let origin = lanes(simd, rays[0].origin);
-    let zero = simd.splat64(0.0);
-    let (mut lowest, mut hi) = (simd.splat64(f64::NEG_INFINITY), simd.splat64(f64::NEG_INFINITY));
-    let mut same = zero.le(zero);
-    let mut sound = true;
-    for ray in rays {
-        let (o, d) = (lanes(simd, ray.origin), lanes(simd, ray.direction));
-        // Tame numbers are finite.
-        same = same & o.le(origin) & origin.le(o) & tame(simd, d);
-        lowest = (-d).max(lowest);
-        hi = d.max(hi);
-        sound &= ray.t_min >= 0.0 && ray.t_min < ray.t_max;
-    }
-    let sound = sound && (same & tame(simd, origin)).bits() == 0b1111;
-    sound.then_some([-lowest, hi])
+    fours
 }
 
-/// The slopes of sixteen rays.
-struct Slopes {
-    /// About the middle one, by axis.
-    middle: [f32; 2],
-    /// What is left of each, along the first axis and the second.
-    dx: Column,
-    dy: Column,
-    /// 1 over the directions along the last axis.
-    reciprocal: Column,
+/// Whether all rays start where the first does and are ordinary and tame.
+#[inline(always)]
+fn is_sound<S: Simd>(simd: S, first: &Ray, fours: &Fours<S>) -> bool {
+    let (x, y, z) = (simd.splat64(first.origin.x), simd.splat64(first.origin.y), simd.splat64(first.origin.z));
+    let mut sound = 0b1111;
+    for four in fours {
+        let [ox, oy, oz] = four.origin;
+        let same = ox.le(x) & x.le(ox) & oy.le(y) & y.le(oy) & oz.le(z) & z.le(oz);
+        sound &= same.bits() & four.ordinary(simd) & four.tame(simd);
+    }
+    sound == 0b1111
 }
 
-impl Slopes {
-    #[inline(always)]
-    fn new(rays: &[Ray; N_RAYS], [x, y, z]: [usize; 3]) -> Slopes {
-        let mut slopes = [[0.0; N_RAYS]; 2];
-        let mut reciprocal = [[0.0; WIDTH]; N_LANES];
-        for (i, ray) in rays.iter().enumerate() {
-            let inverse = 1.0 / ray.direction[z];
-            slopes[0][i] = ray.direction[x] * inverse;
-            slopes[1][i] = ray.direction[y] * inverse;
-            reciprocal[i / WIDTH][i % WIDTH] = sound_reciprocal(inverse);
+/// The smallest and the largest components of the directions, by axis in lanes.
+#[inline(always)]
+fn directions<S: Simd>(simd: S, fours: &Fours<S>) -> (S::F64, S::F64) {
+    let (mut lo, mut hi) = (fours[0].direction, fours[0].direction);
+    for four in &fours[1..] {
+        for axis in 0..3 {
+            lo[axis] = lo[axis].min(four.direction[axis]);
+            hi[axis] = hi[axis].max(four.direction[axis]);
         }
-        let (middle_x, dx) = around_middle(&slopes[0]);
-        let (middle_y, dy) = around_middle(&slopes[1]);
-        Slopes { middle: [middle_x, middle_y], dx, dy, reciprocal }
     }
+    (across(simd, [lo[0], lo[1], lo[2], lo[2]], false), across(simd, [hi[0], hi[1], hi[2], hi[2]], true))
 }
 
-/// The middle of slopes, and how far each is from it.
+/// The smallest lane of each of four, or the largest.
 #[inline(always)]
-fn around_middle(slopes: &[f64; N_RAYS]) -> (f32, Column) {
-    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &slope in slopes {
-        lo = if slope < lo { slope } else { lo };
-        hi = if slope > hi { slope } else { hi };
-    }
-    let middle = (0.5 * (lo + hi)) as f32;
-    let mut column = [[0.0; WIDTH]; N_LANES];
-    for (i, &slope) in slopes.iter().enumerate() {
-        column[i / WIDTH][i % WIDTH] = (slope - f64::from(middle)) as f32;
-    }
-    (middle, column)
+fn across<S: Simd>(simd: S, of: [S::F64; WIDTH64], largest: bool) -> S::F64 {
+    let [a, b, c, d] = simd.columns64([of[0].to_array(), of[1].to_array(), of[2].to_array(), of[3].to_array()]);
+    if largest { a.max(b).max(c.max(d)) } else { a.min(b).min(c.min(d)) }
 }
 
-/// The largest magnitude. NaN, which a direction of zero leaves, counts for nothing: its ray hits nothing.
+/// The slopes along the first axis and the second and 1 over the directions along the last, in lanes of rays; and between what
+/// the slopes of eight rays lie: the smaller ends along both axes, then the larger ones.
 #[inline(always)]
-fn farthest(values: &[f32]) -> f32 {
-    let mut farthest = 0.0;
-    for &value in values {
-        farthest = if value.abs() > farthest { value.abs() } else { farthest };
+#[allow(clippy::type_complexity)]
+fn slopes<S: Simd>(
+    simd: S,
+    fours: &Fours<S>,
+    [x, y, z]: [usize; 3],
+) -> ([[S::F64; N_FOURS]; 3], [[f64; WIDTH64]; N_LANES]) {
+    let mut slopes = [[simd.splat64(0.0); N_FOURS]; 3];
+    for (i, four) in fours.iter().enumerate() {
+        let inverse = simd.splat64(1.0) / four.direction[z];
+        slopes[0][i] = four.direction[x] * inverse;
+        slopes[1][i] = four.direction[y] * inverse;
+        slopes[2][i] = inverse;
     }
-    farthest
+    let mut ends = [[0.0; WIDTH64]; N_LANES];
+    for (half, ends) in ends.iter_mut().enumerate() {
+        let ([ax, bx], [ay, by]) =
+            ([slopes[0][2 * half], slopes[0][2 * half + 1]], [slopes[1][2 * half], slopes[1][2 * half + 1]]);
+        // The larger ends as the smaller ones of the negatives.
+        let [lo_x, lo_y, hi_x, hi_y] =
+            across(simd, [ax.min(bx), ay.min(by), (-ax).min(-bx), (-ay).min(-by)], false).to_array();
+        *ends = [lo_x, lo_y, -hi_x, -hi_y];
+    }
+    (slopes, ends)
 }
 
-/// The δ that eight rays lie between.
+/// The middle slope of all rays, along both axes.
 #[inline(always)]
-fn span(dx: &[f32; WIDTH], dy: &[f32; WIDTH]) -> Span {
-    let ((x, wx), (y, wy)) = (middle_and_reach(dx), middle_and_reach(dy));
-    Span { middle: [x, y], reach: [wx, wy] }
+fn middles([a, b]: &[[f64; WIDTH64]; N_LANES]) -> [f32; 2] {
+    [(0.5 * (a[0].min(b[0]) + a[2].max(b[2]))) as f32, (0.5 * (a[1].min(b[1]) + a[3].max(b[3]))) as f32]
+}
+
+/// What is left of slopes about the middle one.
+#[inline(always)]
+fn remainders<S: Simd>(simd: S, slopes: &[S::F64; N_FOURS], middle: f32) -> Column {
+    let middle = simd.splat64(middle.into());
+    [halves::<S>(slopes[0] - middle, slopes[1] - middle), halves::<S>(slopes[2] - middle, slopes[3] - middle)]
+}
+
+/// Eight f32 of twice four f64.
+#[inline(always)]
+fn halves<S: Simd>(lower: S::F64, upper: S::F64) -> [f32; WIDTH] {
+    let ([a, b, c, d], [e, f, g, h]) = (lower.to_f32(), upper.to_f32());
+    [a, b, c, d, e, f, g, h]
+}
+
+/// The δ that eight rays lie between: rounding keeps their order, so the ends are those of the rounded ones.
+#[inline(always)]
+fn span([lo_x, lo_y, hi_x, hi_y]: &[f64; WIDTH64], [x, y]: [f32; 2]) -> Span {
+    let (middle_x, reach_x) = middle_and_reach((lo_x - f64::from(x)) as f32, (hi_x - f64::from(x)) as f32);
+    let (middle_y, reach_y) = middle_and_reach((lo_y - f64::from(y)) as f32, (hi_y - f64::from(y)) as f32);
+    Span { middle: [middle_x, middle_y], reach: [reach_x, reach_y] }
 }
 
 #[inline(always)]
-fn middle_and_reach(values: &[f32; WIDTH]) -> (f32, f32) {
-    let (mut lo, mut hi) = (values[0], values[0]);
-    for &value in values {
-        lo = if value < lo { value } else { lo };
-        hi = if value > hi { value } else { hi };
-    }
+fn middle_and_reach(lo: f32, hi: f32) -> (f32, f32) {
     let middle = 0.5 * (lo + hi);
     // Differences of f32 are rounded once, upwards.
-    let from = |end: f32| (f64::from(end) - f64::from(middle)).abs();
-    (middle, f32_at_least(from(hi).max(from(lo))))
+    let (below, above) = (f64::from(middle) - f64::from(lo), f64::from(hi) - f64::from(middle));
+    (middle, f32_at_least(if below > above { below } else { above }))
 }
 
-/// The ends of the intervals, rounded both ways; rays of a packet mostly have the same.
+/// The ends of the intervals, rounded both ways, and the lowest of all; rays of a packet mostly have the same.
 #[inline(always)]
-fn intervals(rays: &[Ray; N_RAYS]) -> ([Column; 2], [Column; 2]) {
-    let Ray { t_min, t_max, .. } = rays[0];
-    let (mut t_mins, mut t_maxs) = (both(t_min), both(t_max));
-    let mut uniform = true;
-    for ray in rays {
-        uniform &= ray.t_min == t_min && ray.t_max == t_max;
+fn intervals<S: Simd>(simd: S, first: &Ray, fours: &Fours<S>) -> ([Column; 2], [Column; 2], f32) {
+    let (t_min, t_max) = (simd.splat64(first.t_min), simd.splat64(first.t_max));
+    let mut same = t_min.le(t_min);
+    for four in fours {
+        same = same & four.t_min.le(t_min) & t_min.le(four.t_min) & four.t_max.le(t_max) & t_max.le(four.t_max);
     }
-    if !uniform {
-        for (i, ray) in rays.iter().enumerate() {
-            let (lanes, lane) = (i / WIDTH, i % WIDTH);
-            (t_mins[0][lanes][lane], t_mins[1][lanes][lane]) = (f32_at_least(ray.t_min), f32_at_most(ray.t_min));
-            (t_maxs[0][lanes][lane], t_maxs[1][lanes][lane]) = (f32_at_least(ray.t_max), f32_at_most(ray.t_max));
+    let (mut t_mins, mut t_maxs) = (both(first.t_min), both(first.t_max));
+    if same.bits() == 0b1111 {
+        return (t_mins, t_maxs, t_mins[1][0][0]);
+    }
+    let mut lowest = f32::INFINITY;
+    for (i, four) in fours.iter().enumerate() {
+        let (lanes, start) = (i / 2, i % 2 * WIDTH64);
+        let [min_down, min_up, max_down, max_up] = four.intervals(simd);
+        for lane in 0..WIDTH64 {
+            t_mins[0][lanes][start + lane] = min_up[lane];
+            t_mins[1][lanes][start + lane] = min_down[lane];
+            t_maxs[0][lanes][start + lane] = max_up[lane];
+            t_maxs[1][lanes][start + lane] = max_down[lane];
+            lowest = lowest.min(min_down[lane]);
         }
     }
-    (t_mins, t_maxs)
+    (t_mins, t_maxs, lowest)
 }
 
 /// A number above and below `t`, for all rays.

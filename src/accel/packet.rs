@@ -59,10 +59,15 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
     let around = asked.accel.surroundings();
     let mut others = Vec::with_capacity(asked.rays.len());
     let n_rays = asked.rays.len();
+    let mut patience = Patience::default();
     let mut first = 0;
     while first < n_rays {
+        // No closures: they are not always inlined, and what is not inlined is compiled for the baseline.
         let rays = asked.rays[first..].first_chunk::<N_RAYS>();
-        let coherent = rays.and_then(|rays| packet(simd, rays, &around));
+        let coherent = match rays {
+            Some(rays) if patience.tries() => packet(simd, rays, &around),
+            _ => None,
+        };
         let (Some(rays), Some(packet)) = (rays, coherent) else {
             let end = n_rays.min(first + N_RAYS);
             others.extend(first as u32..end as u32);
@@ -78,7 +83,7 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
             is_pending: 0,
             pending: [Pending::NOTHING; N_RAYS],
         };
-        traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack);
+        patience.saw(traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack));
         let Found { is_pending, pending, .. } = found;
         asked.answers[first..first + N_RAYS].copy_from_slice(&answers);
         asked.describe_later(first, is_pending, &pending);
@@ -87,6 +92,39 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
     others
 }
 
+/// Leaves that a packet may test before its rays had better gone alone: anything from 16 to 48 was measured to be as good
+/// (`docs/BENCHMARKS.md`).
+const MANY_LEAVES: usize = 32;
+
+/// Packets that are not tried at most, once one had better not been.
+const MOST_LEFT_OUT: usize = 64;
+
+/// Where triangles are smaller than packets, rays are left to go alone, and a packet is tried now and then: twice as seldom
+/// each time that it is no better.
+#[derive(Default)]
+struct Patience {
+    /// Packets that are still to be left out.
+    left_out: usize,
+    /// How many were left out last.
+    last: usize,
+}
+
+impl Patience {
+    /// Whether the next packet is tried.
+    fn tries(&mut self) -> bool {
+        let tries = self.left_out == 0;
+        self.left_out = self.left_out.saturating_sub(1);
+        tries
+    }
+
+    /// Learns how many leaves a packet has tested.
+    fn saw(&mut self, n_leaves: usize) {
+        self.last = if n_leaves > MANY_LEAVES { (2 * self.last).clamp(1, MOST_LEFT_OUT) } else { 0 };
+        self.left_out = self.last;
+    }
+}
+
+/// Walks the tree with a packet; how many leaves it has tested.
 #[inline(always)]
 fn traverse<S: Simd, Q: PacketQuery>(
     simd: S,
@@ -94,9 +132,10 @@ fn traverse<S: Simd, Q: PacketQuery>(
     packet: &Packet,
     found: &mut Found<Q::Answer>,
     stack: &mut Stack<'_>,
-) {
+) -> usize {
+    let mut n_leaves = 0;
     if tree.nodes.is_empty() {
-        return;
+        return n_leaves;
     }
     stack.begin();
     let mut farthest = found.farthest();
@@ -106,18 +145,20 @@ fn traverse<S: Simd, Q: PacketQuery>(
         if tag.n_prims() == 0 {
             stack.push_children(simd, tree, &packet.slab, farthest, item.child());
         } else if !stack.tested.has(item, stack.ray) {
-            test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag);
-            farthest = found.farthest();
-            if farthest < 0.0 {
-                return;
+            n_leaves += 1;
+            if test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag) {
+                farthest = found.farthest();
+                if farthest < 0.0 {
+                    return n_leaves;
+                }
             }
         }
-        let Some(next) = stack.pop(Limit::at(farthest)) else { return };
+        let Some(next) = stack.pop(Limit::at(farthest)) else { return n_leaves };
         item = next;
     }
 }
 
-/// Tests a leaf of triangles.
+/// Tests a leaf of triangles; whether any ray may have met one.
 #[inline(always)]
 fn test_leaf<S: Simd, Q: PacketQuery>(
     simd: S,
@@ -126,14 +167,15 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
     found: &mut Found<Q::Answer>,
     first: u32,
     tag: Tag,
-) {
+) -> bool {
     let n_prims = tag.n_prims();
     let seen = packet.shear.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
     let all = (1 << n_prims) - 1;
     let open = [packet.spans[0].open(simd, &seen) & all, packet.spans[1].open(simd, &seen) & all];
     if open == [0; N_LANES] {
-        return;
+        return false;
     }
+    let mut any = false;
     let columns = seen.columns();
     for (lanes, triangles) in open.into_iter().enumerate() {
         let (dx, dy) = (simd.load(&packet.dx[lanes]), simd.load(&packet.dy[lanes]));
@@ -154,8 +196,10 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
             let certain = open & edges.certain() & within;
             let triangle = Pending { first, tag, lane: lane as u8 };
             Q::meet(simd, tree, found, &Meeting { lanes, triangle, open, certain, t_low, t_high });
+            any = true;
         }
     }
+    any
 }
 
 impl PacketQuery for Closest {

@@ -37,15 +37,6 @@ const FARTHEST: f64 = (1u128 << 100) as f64;
 /// See [`LONGEST`].
 const FARTHEST_PER_LENGTH: f64 = (1u128 << 120) as f64;
 
-/// Whether rays of one origin, whose largest coordinate is `farthest`, are ordinary: their longest components lie between two.
-#[inline(always)]
-pub fn is_ordinary(farthest: f64, longest: [f64; 2]) -> bool {
-    farthest <= FARTHEST
-        && farthest <= FARTHEST_PER_LENGTH * longest[0]
-        && LONGEST[0] <= longest[0]
-        && longest[1] <= LONGEST[1]
-}
-
 impl<F: F64Lanes> FourRays<F> {
     /// The rays of these numbers.
     #[inline(always)]

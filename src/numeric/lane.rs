@@ -167,22 +167,11 @@ const REACH_PER_RESIDUAL: f64 = 0.5 / U32 as f64;
 /// What it adds to the error of a depth.
 const SLACK_PER_RESIDUAL: f64 = 4.0;
 
-/// 1 over a direction along the longest axis, for [`LaneEdges::t_ranges`]: NaN where f32 cannot hold it well.
-#[inline(always)]
-pub fn sound_reciprocal(inverse: f64) -> f32 {
-    let reciprocal = inverse as f32;
-    let sound = (SMALLEST_RECIPROCAL..=1.0 / SMALLEST_RECIPROCAL).contains(&reciprocal.abs());
-    if sound { reciprocal } else { f32::NAN }
-}
-
 /// What the rounding of an origin by `residual` adds to the error of a depth, and what underflow may.
 #[inline(always)]
 pub fn depth_slack(residual: f32) -> f32 {
     SLACK_PER_RESIDUAL as f32 * residual + f32::MIN_POSITIVE
 }
-
-/// Reciprocals between this and its inverse keep their precision in f32, and products with depths their range.
-const SMALLEST_RECIPROCAL: f32 = 1.0 / (1u128 << 100) as f32;
 
 impl<F: F32Lanes> LaneEdges<F> {
     /// The edge functions of a lane and what each may be wrong by.
@@ -193,7 +182,7 @@ impl<F: F32Lanes> LaneEdges<F> {
 
     /// Intervals around the parameters at which lines meet triangles, if they do; NaN or infinite where that is not
     /// certain. They hold what the parameters are rounded to in f64. `reciprocal` is 1 over the directions along the longest
-    /// axis ([`sound_reciprocal`]), `slack` what the origins' rounding adds to a depth ([`depth_slack`]).
+    /// axis, NaN where f32 cannot hold it well, `slack` what the origins' rounding adds to a depth ([`depth_slack`]).
     #[inline(always)]
     pub fn t_ranges<S: Simd<F32 = F>>(&self, simd: S, reciprocal: F, slack: F) -> (F, F) {
         let [weight_a, weight_b, weight_c] = self.weights;

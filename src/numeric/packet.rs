@@ -79,6 +79,14 @@ impl PacketShear {
 }
 
 impl Span {
+    /// No less than the largest magnitude of any δ in it.
+    #[inline(always)]
+    pub fn farthest(&self) -> f32 {
+        let [x, y] = [self.middle[0].abs() + self.reach[0], self.middle[1].abs() + self.reach[1]];
+        // A margin for the sums, which are rounded.
+        if x > y { x * SUM_MARGIN } else { y * SUM_MARGIN }
+    }
+
     /// Triangles that some ray of the span does not certainly pass outside of: no two edge functions have certain signs that
     /// differ for all rays. One bit each.
     #[inline(always)]
@@ -95,6 +103,9 @@ impl Span {
         (!outside).bits()
     }
 }
+
+/// More than what a rounded sum may be too small by.
+const SUM_MARGIN: f32 = 1.0 + 2.0 * U32;
 
 /// Evaluating the ends of a span costs 2·m² + 10·m·w·Z roundings more than evaluating one ray.
 const SPAN_ERROR: f32 = 1.25;
