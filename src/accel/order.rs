@@ -1,6 +1,6 @@
 //! What is still to be visited: packed items, and the order in which a node's children are pushed.
 
-use super::slab::{SlabRay, WIDTH};
+use super::slab::{SlabLanes, SlabRay, WIDTH};
 use super::wide::{Tag, WideNode};
 use crate::simd::Simd;
 
@@ -83,6 +83,31 @@ pub fn pack_children<S: Simd>(
         simd.pack(t_near, node.tag_bits(), &node.child, order, (keys, children));
     }
     mask.count_ones() as usize
+}
+
+/// Writes what [`pack_children`] does, and says which is the nearest and how many there are besides: that one is known sooner
+/// than it could be read back.
+#[inline(always)]
+pub fn open_node<S: Simd>(
+    simd: S,
+    node: &WideNode,
+    slab: &SlabLanes<S::F32>,
+    octant: u8,
+    t_max: f32,
+    keys: &mut [u32],
+    children: &mut [u32],
+) -> Option<(Item, usize)> {
+    let (t_near, mask) = slab.hits(simd, &node.slabs, octant, t_max);
+    if mask == 0 {
+        return None;
+    }
+    let order = &ORDER[octant as usize % WIDTH][mask as usize % 256];
+    if let (Some(keys), Some(children)) = (keys.first_chunk_mut(), children.first_chunk_mut()) {
+        simd.pack(t_near, node.tag_bits(), &node.child, order, (keys, children));
+    }
+    let n_others = mask.count_ones() as usize - 1;
+    let nearest = order[n_others % WIDTH] as usize % WIDTH;
+    Some((Item { key: node.tag_bits()[nearest].into(), child: node.child[nearest] }, n_others))
 }
 
 /// Takes the last of some items that lies within the limit, and drops those behind it.

@@ -96,16 +96,21 @@ fn traverse<S: Simd, Q: Query>(
         return false;
     }
     stack.begin();
+    let (slab, octant) = (walk.slab.lanes(simd), walk.slab.octant);
+    let nodes = tree.nodes.as_slice();
     let mut item = Item::ROOT;
     loop {
         let tag = item.tag();
         if tag.n_prims() == 0 {
-            stack.push_children(simd, tree, &walk.slab, walk.t_max, item.child());
-        } else if !stack.tested.has(item, stack.ray) {
-            stack.visits.leaves += 1;
-            if Q::leaf(simd, tree, world, walk, item.child(), tag) {
-                return true;
+            let (keys, children) = (&mut stack.keys[stack.n_items..], &mut stack.children[stack.n_items..]);
+            let node = &nodes[item.child() as usize];
+            if let Some((nearest, n_others)) = order::open_node(simd, node, &slab, octant, walk.t_max, keys, children) {
+                stack.n_items += n_others;
+                item = nearest;
+                continue;
             }
+        } else if !stack.tested.has(item, stack.ray) && Q::leaf(simd, tree, world, walk, item.child(), tag) {
+            return true;
         }
         let Some(next) = stack.pop(walk.limit) else { return false };
         item = next;

@@ -219,17 +219,48 @@ impl SlabRay {
         slab
     }
 
+    /// The same in lanes, for a ray that tests many boxes before another one does.
+    #[inline(always)]
+    pub fn lanes<S: Simd>(&self, simd: S) -> SlabLanes<S::F32> {
+        let mut lanes = SlabLanes { t_min: simd.splat(self.near_inverse[3]), axes: [[simd.splat(0.0); 4]; 3] };
+        for (axis, numbers) in lanes.axes.iter_mut().enumerate() {
+            *numbers = [
+                simd.splat(self.near_inverse[axis]),
+                simd.splat(self.near_offset[axis]),
+                simd.splat(self.far_inverse[axis]),
+                simd.splat(self.far_offset[axis]),
+            ];
+        }
+        lanes
+    }
+
     /// Tests eight boxes against the part of the ray up to `t_max`, which must be rounded upwards. The answer is, for each
     /// box, a lower bound of the parameter at which the ray enters it, and a bit that is set when it may hold a point of
     /// the ray.
     #[inline(always)]
     pub fn hits<S: Simd>(&self, simd: S, slabs: &Slabs, t_max: f32) -> (S::F32, u32) {
-        let mut t_near = simd.splat(self.near_inverse[3]);
+        self.lanes(simd).hits(simd, slabs, self.octant, t_max)
+    }
+}
+
+/// A ray as the box test wants it, each number in all lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct SlabLanes<F> {
+    t_min: F,
+    /// Inverse direction and offset for near planes, then for far planes, by axis.
+    axes: [[F; 4]; 3],
+}
+
+impl<F: F32Lanes> SlabLanes<F> {
+    /// See [`SlabRay::hits`].
+    #[inline(always)]
+    pub fn hits<S: Simd<F32 = F>>(&self, simd: S, slabs: &Slabs, octant: u8, t_max: f32) -> (F, u32) {
+        let mut t_near = self.t_min;
         let mut t_far = simd.splat(t_max);
-        for axis in 0..3 {
-            let [near, far] = simd.load_pair(&slabs.planes[axis], usize::from(self.octant) >> axis);
-            let enter = near.mul_add(simd.splat(self.near_inverse[axis]), simd.splat(self.near_offset[axis]));
-            let leave = far.mul_add(simd.splat(self.far_inverse[axis]), simd.splat(self.far_offset[axis]));
+        for (axis, numbers) in self.axes.iter().enumerate() {
+            let [near, far] = simd.load_pair(&slabs.planes[axis], usize::from(octant) >> axis);
+            let enter = near.mul_add(numbers[0], numbers[1]);
+            let leave = far.mul_add(numbers[2], numbers[3]);
             // A NaN leaves the bound as it is.
             t_near = enter.max(t_near);
             t_far = leave.min(t_far);
