@@ -220,10 +220,15 @@ fn walk_tree<S: Simd>(
         return false;
     }
     stack.begin();
+    let (slab, octant) = (walk.slab.lanes(simd), walk.slab.octant);
     let mut item = Item::ROOT;
     loop {
         if item.tag().n_prims() == 0 {
-            stack.push_children(simd, tree, &walk.slab, walk.t_max, item.child());
+            stack.visits.nodes += 1;
+            if let Some(nearest) = stack.open(simd, &tree.nodes, &slab, octant, walk.t_max, item.child()) {
+                item = nearest;
+                continue;
+            }
         } else if !stack.tested.has(item, stack.ray) && leaf(walk, stack, item) {
             return true;
         }

@@ -139,11 +139,15 @@ fn traverse<S: Simd, Q: PacketQuery>(
     }
     stack.begin();
     let mut farthest = found.farthest();
+    let (slab, octant) = (packet.slab.lanes(simd), packet.slab.octant);
     let mut item = Item::ROOT;
     loop {
         let tag = item.tag();
         if tag.n_prims() == 0 {
-            stack.push_children(simd, tree, &packet.slab, farthest, item.child());
+            if let Some(nearest) = stack.open(simd, &tree.nodes, &slab, octant, farthest, item.child()) {
+                item = nearest;
+                continue;
+            }
         } else if !stack.tested.has(item, stack.ray) {
             n_leaves += 1;
             if test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag) {

@@ -2,9 +2,9 @@
 
 use super::order::{self, Item, Limit};
 use super::query::{Any, Asked, Closest, Query};
-use super::slab::SlabRay;
+use super::slab::SlabLanes;
 use super::walk::Walk;
-use super::wide::{MAX_LEAF, WideTree};
+use super::wide::{MAX_LEAF, WideNode, WideTree};
 use super::{Visits, leaf};
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::Simd;
@@ -102,10 +102,7 @@ fn traverse<S: Simd, Q: Query>(
     loop {
         let tag = item.tag();
         if tag.n_prims() == 0 {
-            let (keys, children) = (&mut stack.keys[stack.n_items..], &mut stack.children[stack.n_items..]);
-            let node = &nodes[item.child() as usize];
-            if let Some((nearest, n_others)) = order::open_node(simd, node, &slab, octant, walk.t_max, keys, children) {
-                stack.n_items += n_others;
+            if let Some(nearest) = stack.open(simd, nodes, &slab, octant, walk.t_max, item.child()) {
                 item = nearest;
                 continue;
             }
@@ -131,12 +128,22 @@ impl<'a> Stack<'a> {
         self.ray += 1;
     }
 
-    /// Pushes the children that the ray may meet, the nearest last.
+    /// Takes the nearest child that the ray may meet, and pushes the others.
     #[inline(always)]
-    pub fn push_children<S: Simd>(&mut self, simd: S, tree: &WideTree, slab: &SlabRay, t_max: f32, node: u32) {
-        self.visits.nodes += 1;
+    pub fn open<S: Simd>(
+        &mut self,
+        simd: S,
+        nodes: &[WideNode],
+        slab: &SlabLanes<S::F32>,
+        octant: u8,
+        t_max: f32,
+        node: u32,
+    ) -> Option<Item> {
         let (keys, children) = (&mut self.keys[self.n_items..], &mut self.children[self.n_items..]);
-        self.n_items += order::pack_children(simd, &tree.nodes[node as usize], slab, t_max, keys, children);
+        let node = &nodes[node as usize];
+        let (nearest, n_others) = order::open_node(simd, node, slab, octant, t_max, keys, children)?;
+        self.n_items += n_others;
+        Some(nearest)
     }
 
     /// Takes the nearest item within the limit.
