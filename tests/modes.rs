@@ -146,6 +146,41 @@ fn camera_rays_of_a_terrain_are_answered_like_the_full_scan() {
     all_agree("terrain", &world, &rays);
 }
 
+/// Directions of any length and origins at any distance, beyond what f32 holds too, with components that are next to zero
+/// or zero, along faces of the tree's boxes and beside them.
+#[test]
+fn rays_of_any_length_from_anywhere_are_answered_like_the_full_scan() {
+    let mut mixed = World::default();
+    mixed.add_mesh(bumpy_block(6).input()).unwrap();
+    let triangles = mixed.clone();
+    for i in 0..20 {
+        mixed.spheres.add(DVec3::new(f64::from(i) * 0.2 - 2.0, 0.4, 0.1), 0.15, MaterialId(0), ObjectId(0));
+    }
+    let far = [0.0, 1e8, 1e20, 1e31, 1e200];
+    let lengths = [1e-300, 1e-30, 1e-19, 1e-17, 1e-12, 1.0, 1e12, 1e24, 1e30, 1e300];
+    let slants = [0.0, -0.0, 1e-300, -1e-45, 1e-20, -1e-13, 1e-12, 1e-9];
+    let mut rays = Vec::new();
+    for i in 0..500 {
+        let mut random = Random::new(17, "lengths", i);
+        let corners = triangles.triangles.corners(random.below(triangles.triangles.len() as u64) as usize);
+        let target = corners[random.below(3) as usize].as_dvec3();
+        let mut direction = random.direction();
+        let axis = random.below(3) as usize;
+        for other in [(axis + 1) % 3, (axis + 2) % 3] {
+            if random.below(2) == 0 {
+                direction[other] = slants[random.below(8) as usize];
+            }
+        }
+        direction[axis] = direction[axis].signum();
+        let length = lengths[random.below(10) as usize];
+        let distance = [1.0, 3.0, far[random.below(5) as usize]][random.below(3) as usize];
+        let ray = Ray::new(target - distance * direction, length * direction);
+        rays.push(if i % 3 == 0 { ray.until(distance / length) } else { ray });
+    }
+    all_agree("triangles", &triangles, &rays);
+    all_agree("with spheres", &mixed, &rays);
+}
+
 #[test]
 fn mixed_scenes_and_small_batches_are_answered_like_the_full_scan() {
     let mut world = World::from_triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();

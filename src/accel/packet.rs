@@ -324,3 +324,27 @@ impl Found<'_, Hit> {
         self.t_max[i / WIDTH][i % WIDTH] = f32_at_least(hit.t);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packets_are_tried_ever_more_seldom_while_they_are_no_better() {
+        let mut patience = Patience::default();
+        let tried: Vec<usize> = (0..300)
+            .filter(|_| {
+                let tries = patience.tries();
+                if tries {
+                    patience.saw(MANY_LEAVES + 1);
+                }
+                tries
+            })
+            .collect();
+        assert_eq!(tried, [0, 2, 5, 10, 19, 36, 69, 134, 199, 264]);
+        // One that is better, and all are tried again.
+        while !patience.tries() {}
+        patience.saw(MANY_LEAVES);
+        assert!(patience.tries() && patience.tries());
+    }
+}

@@ -111,3 +111,55 @@ impl Four {
         self.tame[lane] = ray.tame.into();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Portable;
+    use crate::world::Bounds;
+    use glam::{DVec3, Vec3, dvec3};
+
+    const AROUND: Bounds = Bounds { lo: Vec3::splat(-1.0), hi: Vec3::ONE };
+
+    #[test]
+    fn rays_that_miss_the_box_around_all_and_those_that_hit_nothing_are_left_out() {
+        let to_it = Ray::new(dvec3(0.0, 0.0, 5.0), -DVec3::Z);
+        let batch = [
+            to_it,
+            Ray::new(dvec3(3.0, 0.0, 5.0), -DVec3::Z),
+            to_it.until(3.0),
+            Ray::new(DVec3::ZERO, DVec3::NAN),
+            Ray::new(dvec3(0.0, 0.0, 5.0), DVec3::Z),
+            Ray::new(dvec3(0.0, 0.0, 1e35), dvec3(0.0, 0.0, -1.0)),
+        ];
+        let take = |places: [u32; 4], n: usize, is_all: bool| {
+            let mut four = Four::NONE;
+            let missed = four.fill(Portable, &batch, places, n, &Surroundings::new(AROUND, 0.0, is_all));
+            let taken: Vec<usize> = std::iter::from_fn(|| four.next()).map(|(_, place)| place).collect();
+            (missed, taken)
+        };
+        assert_eq!(take([0, 1, 2, 3], 4, true), (0b1110, vec![0]));
+        assert_eq!(take([0, 1, 2, 3], 4, false), (0b1000, vec![0, 1, 2]));
+        // Of what f32 does not hold nothing is known.
+        assert_eq!(take([4, 5, 0, 4], 3, true), (0b0001, vec![5, 0]));
+        assert_eq!(take([1, 1, 1, 1], 1, true), (0b0001, vec![]));
+    }
+
+    #[test]
+    fn a_ray_is_the_same_alone_and_among_four() {
+        let ray = |i: u32| {
+            let x = f64::from(i);
+            Ray::new(dvec3(0.1 * x, 0.3, -2.0 + x), dvec3(x.sin(), x.cos(), (3.0 * x).sin())).until(10.0 + x)
+        };
+        let batch: Vec<Ray> = (0..4).map(ray).collect();
+        let around = Surroundings::new(AROUND, 0.0, false);
+        let mut four = Four::NONE;
+        four.fill(Portable, &batch, [0, 1, 2, 3], 4, &around);
+        for (lane, ray) in batch.iter().enumerate() {
+            let one = Four::one(Portable, &ray.prepare().unwrap(), &around);
+            assert_eq!(format!("{:?}", one.slabs[0]), format!("{:?}", four.slabs[lane]));
+            assert_eq!(format!("{:?}", one.lanes[0]), format!("{:?}", four.lanes[lane]));
+            assert_eq!(one.tame[0], four.tame[lane]);
+        }
+    }
+}

@@ -315,6 +315,53 @@ mod tests {
     }
 
     #[test]
+    fn a_ray_is_thicker_by_two_units_of_its_origin_and_no_more_however_large_its_surroundings_are() {
+        let boxed = slabs([1.0, -1.0, 1000.0], [2.0, 1.0, 1001.0]);
+        let bounds = Bounds { lo: Vec3::splat(-1e6), hi: Vec3::splat(1e6) };
+        let is_met = |x: f64, direction: DVec3| {
+            let ray = PreparedRay::new(dvec3(x, 0.0, 0.0), direction, 0.0, f64::INFINITY).unwrap();
+            let four = Four::one(Portable, &ray, &Surroundings::new(bounds, 0.0, true));
+            four.slabs[0].hits(Portable, &boxed, f32::INFINITY).1 != 0
+        };
+        for direction in [DVec3::Z, dvec3(0.0, 1e-9, 1.0), dvec3(-0.0, 0.0, 1e20)] {
+            let unit = f64::from(f32::EPSILON);
+            assert!(is_met(1.0, direction) && is_met(2.0, direction), "{direction}");
+            assert!(!is_met(1.0 - 4.0 * unit, direction) && !is_met(2.0 + 8.0 * unit, direction), "{direction}");
+        }
+    }
+
+    #[test]
+    fn points_of_boxes_lie_between_where_a_ray_enters_and_leaves() {
+        let mut state = 1u64;
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+        };
+        let mut n_judged = 0;
+        for i in 0..40_000 {
+            let scale = 2f64.powi(i % 61 - 30);
+            let mut vector = |scale: f64| dvec3(next(), next(), next()) * scale;
+            // Of few bits, so that f64 holds the way from one to the other.
+            let few = |v: DVec3| v.as_vec3().as_dvec3();
+            let (origin, point) = (few(vector(scale)), few(vector(1.0)));
+            let direction = point - origin;
+            if origin + direction != point || direction == DVec3::ZERO {
+                continue;
+            }
+            n_judged += 1;
+            // A corner, a point of a face, and one inside.
+            let size = [0.0, f64::from(f32::EPSILON), 0.25][i as usize % 3] * vector(1.0).abs();
+            let boxed = Bounds::around(point - size, point + size).unwrap();
+            let slabs = slabs(boxed.lo.to_array(), boxed.hi.to_array());
+            let ray = PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap();
+            let four = Four::one(Portable, &ray, &Surroundings::new(boxed, 0.0, true));
+            let (near, mask) = four.slabs[0].hits(Portable, &slabs, 1.0);
+            assert!(mask == 8 && near.to_array()[3] <= 1.0, "{origin} {point} {size}");
+        }
+        assert!(n_judged > 10_000);
+    }
+
+    #[test]
     fn a_corner_that_f64_just_reaches_is_hit_from_far_and_from_near() {
         let unit = slabs([0.0; 3], [1.0; 3]);
         for exponent in -40..=40 {

@@ -70,19 +70,7 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
     let (accel, world) = (asked.accel, asked.world);
     let tree = &accel.tree;
     let mut mailboxes = Mailboxes::new(tree);
-    let nowhere = Flight {
-        walk: Walk::nowhere(),
-        item: Item::ROOT,
-        n_items: 1,
-        ray_idx: 0,
-        number: 0,
-        is_over: false,
-        // The first one is never overwritten.
-        keys: [Item::END.key(); STACK_SIZE + WIDTH],
-        children: [0; STACK_SIZE + WIDTH],
-    };
-    let n_flights = n_flights.min(asked.n_left());
-    let mut flights = vec![nowhere; n_flights];
+    let mut flights = vec![Flight::nowhere(); n_flights.min(asked.n_left())];
     let is_empty = tree.nodes.is_empty();
     let mut at = Places::default();
     let mut number = 0;
@@ -149,6 +137,21 @@ impl Places {
 }
 
 impl Flight {
+    /// A place for rays.
+    fn nowhere() -> Flight {
+        Flight {
+            walk: Walk::nowhere(),
+            item: Item::ROOT,
+            n_items: 1,
+            ray_idx: 0,
+            number: 0,
+            is_over: false,
+            // The first one is never overwritten.
+            keys: [Item::END.key(); STACK_SIZE + WIDTH],
+            children: [0; STACK_SIZE + WIDTH],
+        }
+    }
+
     /// Takes the next ray of the batch; whether there was one.
     #[inline(always)]
     fn begin<S: Simd, Q: Query>(&mut self, simd: S, asked: &mut Asked<Q>, number: u64) -> bool {

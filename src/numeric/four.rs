@@ -27,11 +27,11 @@ pub struct FourRays<F: F64Lanes> {
 }
 
 /// Components of a direction below this share of the longest are taken to be as large, so that no inverse leaves f32.
-pub const SMALLEST_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
+pub const SMALLEST_SHARE: f64 = 1.0 / (1u64 << 60) as f64;
 
-/// Of an ordinary ray the direction's longest component lies between 2⁻⁸⁰ and 2⁸⁰, and the origin within 2¹⁰⁰ and 2¹²⁰
+/// Of an ordinary ray the direction's longest component lies between 2⁻⁶⁰ and 2⁸⁰, and the origin within 2¹⁰⁰ and 2¹²⁰
 /// times that component: then f32 holds what boxes are tested with along the longest axis.
-const LONGEST: [f64; 2] = [1.0 / (1u128 << 80) as f64, (1u128 << 80) as f64];
+const LONGEST: [f64; 2] = [1.0 / (1u64 << 60) as f64, (1u128 << 80) as f64];
 /// See [`LONGEST`].
 const FARTHEST: f64 = (1u128 << 100) as f64;
 /// See [`LONGEST`].
@@ -177,7 +177,7 @@ mod tests {
             ray(f64::NAN, 1.0, 0.0, 1.0),
             ray(f64::INFINITY, 1.0, 0.0, 1.0),
             ray(2f64.powi(101), 1.0, 0.0, 1.0),
-            ray(2f64.powi(60), 2f64.powi(-70), 0.0, 1.0),
+            ray(2f64.powi(70), 2f64.powi(-55), 0.0, 1.0),
             ray(0.0, f64::NAN, 0.0, 1.0),
             ray(0.0, f64::INFINITY, 0.0, 1.0),
             ray(0.0, 0.0, 0.0, 1.0),
