@@ -1,6 +1,5 @@
 //! Four rays at a time, one per lane: what every ray needs before it walks costs a quarter so.
 
-use super::double::is_tame;
 use super::prepared::{PreparedRay, TAME};
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64, bytes_of_bits};
 
@@ -115,24 +114,12 @@ impl<F: F64Lanes> FourRays<F> {
     #[inline(always)]
     pub fn tame<S: Simd<F64 = F>>(&self, simd: S) -> u32 {
         let ([ox, oy, oz], [dx, dy, dz]) = (self.origin, self.sizes);
-        let origin = ox.abs().min(oy.abs()).min(oz.abs());
-        let smallest = origin.min(dx).min(dy).min(dz);
-        let sound = simd.splat64(TAME[0]).le(smallest).bits();
-        // Zeros are tame, but rare enough to be asked about apart.
-        if sound == 0b1111 { sound } else { self.tame_with_zeros() }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn tame_with_zeros(&self) -> u32 {
-        let ([ox, oy, oz], [dx, dy, dz]) = (self.origin, self.sizes);
-        let mut bits = 0b1111;
-        for x in [ox, oy, oz, dx, dy, dz] {
-            for (lane, x) in x.to_array().into_iter().enumerate() {
-                bits &= !(u32::from(!is_tame(x)) << lane);
-            }
+        let (smallest, zero) = (simd.splat64(TAME[0]), simd.splat64(0.0));
+        let mut sound = smallest.le(dx) | dx.le(zero);
+        for size in [dy, dz, ox.abs(), oy.abs(), oz.abs()] {
+            sound = sound & (smallest.le(size) | size.le(zero));
         }
-        bits
+        sound.bits()
     }
 
     /// What the ends of the intervals are rounded to: the lower ones down and up, the upper ones down and up; never −0.0.
