@@ -1,4 +1,4 @@
-//! What is still to be visited: packed items, and the order in which a node's children are pushed.
+//! What is still to be visited: items, and the order in which a node's children are pushed.
 
 use super::slab::{SlabLanes, SlabRay, WIDTH};
 use super::wide::{Tag, WideNode};
@@ -78,10 +78,7 @@ pub fn pack_children<S: Simd>(
     children: &mut [u32],
 ) -> usize {
     let (t_near, mask) = slab.hits(simd, &node.slabs, t_max);
-    let order = &ORDER[slab.octant as usize % WIDTH][mask as usize % 256];
-    if let (Some(keys), Some(children)) = (keys.first_chunk_mut(), children.first_chunk_mut()) {
-        simd.pack(t_near, node.tag_bits(), &node.child, order, (keys, children));
-    }
+    pack(simd, node, slab.octant, t_near, mask, keys, children);
     mask.count_ones() as usize
 }
 
@@ -101,13 +98,28 @@ pub fn open_node<S: Simd>(
     if mask == 0 {
         return None;
     }
+    let order = pack(simd, node, octant, t_near, mask, keys, children);
+    let n_others = mask.count_ones() as usize - 1;
+    let nearest = order[n_others % WIDTH] as usize % WIDTH;
+    Some((Item { key: node.tag_bits()[nearest].into(), child: node.child[nearest] }, n_others))
+}
+
+/// Writes the keys and the children that a mask names, in an order that comes back.
+#[inline(always)]
+fn pack<S: Simd>(
+    simd: S,
+    node: &WideNode,
+    octant: u8,
+    t_near: S::F32,
+    mask: u32,
+    keys: &mut [u32],
+    children: &mut [u32],
+) -> &'static [u8; WIDTH] {
     let order = &ORDER[octant as usize % WIDTH][mask as usize % 256];
     if let (Some(keys), Some(children)) = (keys.first_chunk_mut(), children.first_chunk_mut()) {
         simd.pack(t_near, node.tag_bits(), &node.child, order, (keys, children));
     }
-    let n_others = mask.count_ones() as usize - 1;
-    let nearest = order[n_others % WIDTH] as usize % WIDTH;
-    Some((Item { key: node.tag_bits()[nearest].into(), child: node.child[nearest] }, n_others))
+    order
 }
 
 /// Takes the last of some items that lies within the limit, and drops those behind it.

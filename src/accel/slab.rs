@@ -139,8 +139,8 @@ impl SlabRay {
         }
     }
 
-    /// Four ordinary rays, with the inverse magnitudes of their directions, and `t_min` rounded downwards and never −0.0, which would make a key that is greater than all others;
-    /// which of them may meet the box around all comes back, one bit each.
+    /// Four ordinary rays; which of them may meet the box around all comes back, one bit each. `t_min` must be rounded downwards
+    /// and never be −0.0, which would make a key that is greater than all others.
     #[inline(always)]
     pub fn four<S: Simd>(
         simd: S,
