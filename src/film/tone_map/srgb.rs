@@ -162,6 +162,10 @@ mod tests {
         ODD.into_iter().for_each(agree);
     }
 
+    /// Where to look around the middle of two levels, as shares of it; results have to be equal, so that these are no
+    /// tolerances.
+    const PLACES_BESIDE: [f64; 5] = [1e-14, 1e-9, 1e-8, 1e-7, 1e-6];
+
     #[test]
     fn sixteen_bit_levels_are_those_of_the_curve_everywhere() {
         let levels = SrgbLevels16::new();
@@ -172,7 +176,7 @@ mod tests {
         for level in 0..65_535 {
             let middle = linear_from_srgb((f64::from(level) + 0.5) / 65_535.0);
             [middle.next_down(), middle, middle.next_up()].into_iter().for_each(agree);
-            [1e-14, 1e-9, 1e-8, 1e-7, 1e-6].into_iter().for_each(|off| {
+            PLACES_BESIDE.into_iter().for_each(|off| {
                 agree(middle * (1.0 - off));
                 agree(middle * (1.0 + off));
             });
