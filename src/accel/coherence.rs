@@ -6,9 +6,9 @@ use super::slab::{SlabRay, Surroundings};
 use crate::numeric::four::FourRays;
 use crate::numeric::lane::depth_slack;
 use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL, Span};
-use crate::numeric::prepared::{AXES, lanes, longest_axis};
+use crate::numeric::prepared::{lanes, longest_axis};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
-use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
+use crate::simd::{CYCLIC, F64Lanes, MaskLanes, Simd, WIDTH, WIDTH64};
 use crate::world::Ray;
 
 /// Lanes of eight rays in a packet.
@@ -70,7 +70,8 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings) -> 
 
     // Slopes.
     let axis = longest_axis(first.direction);
-    let (slopes, ends) = slopes(simd, &fours, AXES[axis % 3]);
+    let axes = CYCLIC[axis % CYCLIC.len()];
+    let (slopes, ends) = slopes(simd, &fours, axes);
     let slope = middles(&ends);
     let (dx, dy) = (remainders(simd, &slopes[0], slope[0]), remainders(simd, &slopes[1], slope[1]));
     let spans = [span(&ends[0], slope), span(&ends[1], slope)];
@@ -87,7 +88,6 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings) -> 
     let (t_min, t_max, lowest) = intervals(simd, first, &fours);
     let slab = SlabRay::around(simd, lanes(simd, first.origin), sizes, downwards, shortest, lowest, around);
 
-    let axes = AXES[axis % 3];
     let origin = DVec3::from_array(axes.map(|axis| first.origin[axis]));
     let rounded = origin.as_vec3();
     let residual = f32_at_least((origin - rounded.as_dvec3()).abs().max_element());

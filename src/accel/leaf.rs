@@ -184,8 +184,8 @@ impl Batch for ByOne<'_> {
     }
 }
 
-/// What f32 knows of the triangles of a leaf.
-#[derive(Clone, Copy, Debug)]
+/// What f32 knows of the triangles of a leaf; intervals concern no one where only any hit is asked for.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Seen<F> {
     /// Those that may be hit within the interval and before the best hit, one bit each.
     pub open: u32,
@@ -230,8 +230,9 @@ pub fn take_closest<S: Simd>(
 
 /// Whether any of the triangles that were seen is hit.
 #[inline(always)]
-pub fn take_any<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, open: u32, certain: u32) -> bool {
-    let mut is_hit = certain != 0;
+pub fn take_any<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, seen: &Seen<()>) -> bool {
+    let open = seen.open;
+    let mut is_hit = seen.certain != 0;
     if open != 0 && !is_hit {
         simd.apart(AnyByOne { tree, walk, first, n_prims: tag.n_prims(), open, is_hit: &mut is_hit });
     }

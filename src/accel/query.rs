@@ -63,23 +63,6 @@ pub struct Closest;
 #[derive(Clone, Copy, Debug)]
 pub struct Any;
 
-/// What the closest hit wants to know of the triangles of a leaf.
-#[derive(Clone, Copy, Debug)]
-pub struct SeenClosest(Seen<[f32; WIDTH]>);
-
-impl Default for SeenClosest {
-    fn default() -> SeenClosest {
-        SeenClosest(Seen { open: 0, certain: 0, t_low: [0.0; WIDTH], t_high: [0.0; WIDTH] })
-    }
-}
-
-/// What any hit wants to know of them: those that may be hit, and those that certainly are.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SeenAny {
-    open: u32,
-    certain: u32,
-}
-
 impl Query for Closest {
     type Answer = Hit;
     const NOTHING: Hit = Hit::MISS;
@@ -95,17 +78,17 @@ impl Query for Closest {
         Ok(accel.closest_unbounded(simd, world, walk))
     }
 
-    type Seen = SeenClosest;
+    type Seen = Seen<[f32; WIDTH]>;
 
     #[inline(always)]
-    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> SeenClosest {
+    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Self::Seen {
         let Seen { open, certain, t_low, t_high } = leaf::see(simd, tree, walk, first, tag);
-        SeenClosest(Seen { open, certain, t_low: t_low.to_array(), t_high: t_high.to_array() })
+        Seen { open, certain, t_low: t_low.to_array(), t_high: t_high.to_array() }
     }
 
     #[inline(always)]
-    fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &SeenClosest) -> bool {
-        leaf::take_closest(simd, tree, walk, first, tag, &seen.0);
+    fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &Self::Seen) -> bool {
+        leaf::take_closest(simd, tree, walk, first, tag, seen);
         false
     }
 
@@ -144,17 +127,17 @@ impl Query for Any {
         if accel.is_any_unbounded(simd, world, walk) { Err(true) } else { Ok(Hit::MISS) }
     }
 
-    type Seen = SeenAny;
+    type Seen = Seen<()>;
 
     #[inline(always)]
-    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> SeenAny {
+    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Self::Seen {
         let Seen { open, certain, .. } = leaf::see(simd, tree, walk, first, tag);
-        SeenAny { open, certain }
+        Seen { open, certain, t_low: (), t_high: () }
     }
 
     #[inline(always)]
-    fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &SeenAny) -> bool {
-        leaf::take_any(simd, tree, walk, first, tag, seen.open, seen.certain)
+    fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &Self::Seen) -> bool {
+        leaf::take_any(simd, tree, walk, first, tag, seen)
     }
 
     #[inline(always)]

@@ -33,22 +33,6 @@ impl Four {
         left: 0,
     };
 
-    /// A ray by itself, as the first of four.
-    #[inline(always)]
-    pub fn one<S: Simd>(simd: S, ray: &PreparedRay, around: &Surroundings) -> Four {
-        let mut four = Four::NONE;
-        let rays = FourRays::same(simd, ray);
-        if rays.ordinary(simd) == 0 {
-            four.set_extraordinary(0, ray);
-            return four;
-        }
-        let (inverse, intervals) = (rays.inverse_sizes(simd), rays.intervals(simd));
-        SlabRay::four(simd, &rays, inverse, intervals[0], around, &mut four.slabs);
-        LaneRay::four(simd, &rays, inverse, intervals, &mut four.lanes);
-        four.tame[0] = ray.tame.into();
-        four
-    }
-
     /// Takes the next one, in their order: which of the four it is, and its place in the batch.
     #[inline(always)]
     pub fn next(&mut self) -> Option<(usize, usize)> {
@@ -94,22 +78,35 @@ impl Four {
         for lane in set_bits(lanes) {
             let lane = lane % WIDTH64;
             if let Some(ray) = batch[self.places[lane] as usize].prepare() {
-                self.set_extraordinary(lane, &ray);
+                (self.slabs[lane], self.lanes[lane]) = extraordinary(&ray);
+                self.tame[lane] = ray.tame.into();
                 self.left |= 1 << lane;
             }
         }
     }
+}
 
-    /// A ray whose numbers f32 does not hold: every box may be met, and every primitive is tested exactly.
-    #[cold]
-    #[inline(never)]
-    fn set_extraordinary(&mut self, lane: usize, ray: &PreparedRay) {
-        let t_min = [f32_at_most(ray.t_min), f32_at_least(ray.t_min)];
-        let t_max = [f32_at_most(ray.t_max), f32_at_least(ray.t_max)];
-        self.slabs[lane] = SlabRay::everywhere(t_min[0]);
-        self.lanes[lane] = LaneRay::unknown(t_min, t_max, ray.axis);
-        self.tame[lane] = ray.tame.into();
+/// A ray by itself, for boxes and for lanes: the first of four that are the same.
+#[inline(always)]
+pub fn one<S: Simd>(simd: S, ray: &PreparedRay, around: &Surroundings) -> (SlabRay, LaneRay) {
+    let rays = FourRays::same(simd, ray);
+    if rays.ordinary(simd) == 0 {
+        return extraordinary(ray);
     }
+    let Four { mut slabs, mut lanes, .. } = Four::NONE;
+    let (inverse, intervals) = (rays.inverse_sizes(simd), rays.intervals(simd));
+    SlabRay::four(simd, &rays, inverse, intervals[0], around, &mut slabs);
+    LaneRay::four(simd, &rays, inverse, intervals, &mut lanes);
+    (slabs[0], lanes[0])
+}
+
+/// A ray whose numbers f32 does not hold: every box may be met, and every primitive is tested exactly.
+#[cold]
+#[inline(never)]
+fn extraordinary(ray: &PreparedRay) -> (SlabRay, LaneRay) {
+    let t_min = [f32_at_most(ray.t_min), f32_at_least(ray.t_min)];
+    let t_max = [f32_at_most(ray.t_max), f32_at_least(ray.t_max)];
+    (SlabRay::everywhere(t_min[0]), LaneRay::unknown(t_min, t_max, ray.axis))
 }
 
 #[cfg(test)]
@@ -156,10 +153,10 @@ mod tests {
         let mut four = Four::NONE;
         four.fill(Portable, &batch, [0, 1, 2, 3], 4, &around);
         for (lane, ray) in batch.iter().enumerate() {
-            let one = Four::one(Portable, &ray.prepare().unwrap(), &around);
-            assert_eq!(format!("{:?}", one.slabs[0]), format!("{:?}", four.slabs[lane]));
-            assert_eq!(format!("{:?}", one.lanes[0]), format!("{:?}", four.lanes[lane]));
-            assert_eq!(one.tame[0], four.tame[lane]);
+            let ray = ray.prepare().unwrap();
+            let alone = one(Portable, &ray, &around);
+            assert_eq!(format!("{alone:?}"), format!("{:?}", (four.slabs[lane], four.lanes[lane])));
+            assert_eq!(u8::from(ray.tame), four.tame[lane]);
         }
     }
 }

@@ -272,7 +272,7 @@ impl<F: F32Lanes> SlabLanes<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::ready::Four;
+    use crate::accel::ready;
     use crate::numeric::prepared::PreparedRay;
     use crate::simd::Portable;
     use glam::{DVec3, Vec3, dvec3};
@@ -291,8 +291,8 @@ mod tests {
         let corner = |side: usize| Vec3::from_array(slabs.planes.map(|planes| planes[side][3]));
         let (lo, hi) = (corner(0), corner(1));
         let bounds = if lo.x <= hi.x { Bounds { lo, hi } } else { Bounds { lo: Vec3::ZERO, hi: Vec3::ONE } };
-        let four = Four::one(Portable, &ray, &Surroundings::new(bounds, 0.0, true));
-        four.slabs[0].hits(Portable, slabs, f32::INFINITY).1
+        let (slab, _) = ready::one(Portable, &ray, &Surroundings::new(bounds, 0.0, true));
+        slab.hits(Portable, slabs, f32::INFINITY).1
     }
 
     #[test]
@@ -320,8 +320,8 @@ mod tests {
         let bounds = Bounds { lo: Vec3::splat(-1e6), hi: Vec3::splat(1e6) };
         let is_met = |x: f64, direction: DVec3| {
             let ray = PreparedRay::new(dvec3(x, 0.0, 0.0), direction, 0.0, f64::INFINITY).unwrap();
-            let four = Four::one(Portable, &ray, &Surroundings::new(bounds, 0.0, true));
-            four.slabs[0].hits(Portable, &boxed, f32::INFINITY).1 != 0
+            let (slab, _) = ready::one(Portable, &ray, &Surroundings::new(bounds, 0.0, true));
+            slab.hits(Portable, &boxed, f32::INFINITY).1 != 0
         };
         for direction in [DVec3::Z, dvec3(0.0, 1e-9, 1.0), dvec3(-0.0, 0.0, 1e20)] {
             let unit = f64::from(f32::EPSILON);
@@ -354,8 +354,8 @@ mod tests {
             let boxed = Bounds::around(point - size, point + size).unwrap();
             let slabs = slabs(boxed.lo.to_array(), boxed.hi.to_array());
             let ray = PreparedRay::new(origin, direction, 0.0, f64::INFINITY).unwrap();
-            let four = Four::one(Portable, &ray, &Surroundings::new(boxed, 0.0, true));
-            let (near, mask) = four.slabs[0].hits(Portable, &slabs, 1.0);
+            let (slab, _) = ready::one(Portable, &ray, &Surroundings::new(boxed, 0.0, true));
+            let (near, mask) = slab.hits(Portable, &slabs, 1.0);
             assert!(mask == 8 && near.to_array()[3] <= 1.0, "{origin} {point} {size}");
         }
         assert!(n_judged > 10_000);

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::order::Limit;
-use super::ready::Four;
+use super::ready::{self, Four};
 use super::slab::{SlabRay, Surroundings};
 use super::wide::{Tag, WideTree};
 use crate::numeric::lane::LaneRay;
@@ -104,21 +104,27 @@ impl Walk {
     /// Starts the ray that was taken from four.
     #[inline(always)]
     pub fn begin(&mut self, four: &Four, lane: usize, ray: &Ray) {
-        // Part by part: a whole walk would be built elsewhere and copied.
-        self.slab = four.slabs[lane];
-        self.lane = four.lanes[lane];
-        self.tame = four.tame[lane] != 0;
-        self.ray = *ray;
-        self.best = Best::NOTHING;
-        self.t_max = self.lane.t_max_above();
-        self.limit = Limit::at(self.t_max);
+        self.start(&four.slabs[lane], &four.lanes[lane], four.tame[lane] != 0, ray);
     }
 
     /// Starts a ray by itself.
     #[inline(always)]
     pub fn begin_one<S: Simd>(&mut self, simd: S, ray: &PreparedRay, around: &Surroundings) {
-        let &PreparedRay { origin, direction, t_min, t_max, .. } = ray;
-        self.begin(&Four::one(simd, ray, around), 0, &Ray { origin, direction, t_min, t_max });
+        let &PreparedRay { origin, direction, t_min, t_max, tame, .. } = ray;
+        let (slab, lane) = ready::one(simd, ray, around);
+        self.start(&slab, &lane, tame, &Ray { origin, direction, t_min, t_max });
+    }
+
+    #[inline(always)]
+    fn start(&mut self, slab: &SlabRay, lane: &LaneRay, tame: bool, ray: &Ray) {
+        // Part by part: a whole walk would be built elsewhere and copied.
+        self.slab = *slab;
+        self.lane = *lane;
+        self.tame = tame;
+        self.ray = *ray;
+        self.best = Best::NOTHING;
+        self.t_max = lane.t_max_above();
+        self.limit = Limit::at(self.t_max);
     }
 
     /// A walk along a ray of no consequence, as a place for others.

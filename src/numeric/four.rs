@@ -1,10 +1,18 @@
 //! Four rays at a time, one per lane: what every ray needs before it walks costs a quarter so.
 
-use super::prepared::{PreparedRay, TAME};
+use glam::DVec3;
+
+use super::prepared::{PreparedRay, not_tiny};
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64, bytes_of_bits};
 
 /// A ray as numbers: x, y, z of its origin and of its direction, and the ends of its interval.
 pub type RayNumbers = [[f64; WIDTH64]; 2];
+
+/// The numbers of a ray.
+#[inline(always)]
+pub fn ray_numbers(o: DVec3, d: DVec3, t_min: f64, t_max: f64) -> RayNumbers {
+    [[o.x, o.y, o.z, d.x], [d.y, d.z, t_min, t_max]]
+}
 
 /// Four rays in lanes.
 #[derive(Clone, Copy, Debug)]
@@ -114,10 +122,9 @@ impl<F: F64Lanes> FourRays<F> {
     #[inline(always)]
     pub fn tame<S: Simd<F64 = F>>(&self, simd: S) -> u32 {
         let ([ox, oy, oz], [dx, dy, dz]) = (self.origin, self.sizes);
-        let (smallest, zero) = (simd.splat64(TAME[0]), simd.splat64(0.0));
-        let mut sound = smallest.le(dx) | dx.le(zero);
+        let mut sound = not_tiny(simd, dx);
         for size in [dy, dz, ox.abs(), oy.abs(), oz.abs()] {
-            sound = sound & (smallest.le(size) | size.le(zero));
+            sound = sound & not_tiny(simd, size);
         }
         sound.bits()
     }
@@ -135,7 +142,7 @@ impl<F: F64Lanes> FourRays<F> {
 mod tests {
     use super::*;
     use crate::simd::Portable;
-    use glam::{DVec3, dvec3};
+    use glam::dvec3;
 
     fn four(direction: DVec3) -> (PreparedRay, FourRays<<Portable as Simd>::F64>) {
         let ray = PreparedRay::new(dvec3(1.0, 2.0, 3.0), direction, 0.0, 4.0).unwrap();

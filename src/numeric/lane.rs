@@ -58,7 +58,8 @@ impl LaneRay {
         }
     }
 
-    /// Four rays, each number rounded once, with the inverse magnitudes of their directions and what their intervals are rounded to. Of ordinary rays ([`FourRays::ordinary`]) the reciprocal is well held.
+    /// Four rays, each number rounded once, with the inverse magnitudes of their directions and what their intervals are rounded
+    /// to. Of ordinary rays ([`FourRays::ordinary`]) the reciprocal is well held.
     #[inline(always)]
     pub fn four<S: Simd>(
         simd: S,

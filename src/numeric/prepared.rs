@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::four::RayNumbers;
-use crate::simd::{F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
+use super::four::{RayNumbers, ray_numbers};
+use crate::simd::{CYCLIC, F64Lanes, MaskLanes, Portable, Simd, WIDTH64};
 
 /// A finite ray of non-zero direction.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ pub struct PreparedRay {
 }
 
 /// The ends of what [`is_tame`](super::double::is_tame) holds for, the upper one exclusive.
-pub(super) const TAME: [f64; 2] = [f64::from_bits((1023 - 150) << 52), f64::from_bits((1023 + 151) << 52)];
+const TAME: [f64; 2] = [f64::from_bits((1023 - 150) << 52), f64::from_bits((1023 + 151) << 52)];
 
 /// A vector in lanes; the last one is no part of it.
 #[inline(always)]
@@ -35,8 +35,13 @@ pub fn lanes<S: Simd>(simd: S, v: DVec3) -> S::F64 {
 #[inline(always)]
 pub fn tame<S: Simd>(simd: S, x: S::F64) -> <S::F64 as F64Lanes>::Mask {
     let size = x.abs();
-    let (smallest, largest) = (simd.splat64(TAME[0]), simd.splat64(TAME[1]));
-    (smallest.le(size) & size.lt(largest)) | size.le(simd.splat64(0.0))
+    not_tiny(simd, size) & size.lt(simd.splat64(TAME[1]))
+}
+
+/// The lower half of [`tame`], of magnitudes: zeros are not tiny.
+#[inline(always)]
+pub fn not_tiny<S: Simd>(simd: S, size: S::F64) -> <S::F64 as F64Lanes>::Mask {
+    simd.splat64(TAME[0]).le(size) | size.le(simd.splat64(0.0))
 }
 
 const _: () = assert!(WIDTH64 == 4);
@@ -73,19 +78,15 @@ impl PreparedRay {
     /// The ray as numbers.
     #[inline(always)]
     pub fn numbers(&self) -> RayNumbers {
-        let (o, d) = (self.origin, self.direction);
-        [[o.x, o.y, o.z, d.x], [d.y, d.z, self.t_min, self.t_max]]
+        ray_numbers(self.origin, self.direction, self.t_min, self.t_max)
     }
 
     /// The axes in cyclic order, the last the one along which the direction is longest.
     #[inline(always)]
     pub fn axes(&self) -> [usize; 3] {
-        AXES[self.axis % 3]
+        CYCLIC[self.axis % CYCLIC.len()]
     }
 }
-
-/// Axes in cyclic order, by the last.
-pub const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// The axis along which a direction is longest; of equal ones the first.
 #[inline(always)]

@@ -110,7 +110,7 @@ impl Simd for Avx2 {
         let inside = base <= from.len() && stride <= WIDTH && base + 8 * stride + WIDTH <= from.len();
         assert!(inside, "a column ends beyond the slice");
         let [x, y, z] = CYCLIC[last & 3];
-        let offsets = [usize::from(x) * stride, usize::from(y) * stride, usize::from(z) * stride];
+        let offsets = [x * stride, y * stride, z * stride];
         let mut loaded = [[self.splat(0.0); 3]; 3];
         for (corner, loaded) in loaded.iter_mut().enumerate() {
             for (loaded, offset) in loaded.iter_mut().zip(offsets) {

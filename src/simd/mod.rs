@@ -29,7 +29,7 @@ pub const WIDTH: usize = 8;
 pub const WIDTH64: usize = 4;
 
 /// Axes in cyclic order, by the last; as many as need no check of an index.
-const CYCLIC: [[u8; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+pub const CYCLIC: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// An instruction set that batches are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

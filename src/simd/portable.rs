@@ -39,7 +39,7 @@ impl Simd for Portable {
         let axes = CYCLIC[last & 3];
         from_fn(|corner| {
             axes.map(|axis| {
-                let first = base + (3 * corner + usize::from(axis)) * stride;
+                let first = base + (3 * corner + axis) * stride;
                 let lanes = &from[first..first + WIDTH];
                 Array(from_fn(|i| lanes[i]))
             })

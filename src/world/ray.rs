@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{InstanceId, MaterialId, ObjectId, PrimKind, PrimRef, World};
-use crate::numeric::four::RayNumbers;
+use crate::numeric::four::{RayNumbers, ray_numbers};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::Parameter;
 use crate::numeric::triangle::TriangleHit;
@@ -53,8 +53,7 @@ impl Ray {
     /// The ray as numbers, to be put in lanes.
     #[inline(always)]
     pub fn numbers(&self) -> RayNumbers {
-        let (o, d) = (self.origin, self.direction);
-        [[o.x, o.y, o.z, d.x], [d.y, d.z, self.t_min, self.t_max]]
+        ray_numbers(self.origin, self.direction, self.t_min, self.t_max)
     }
 
     /// The point at `t`.
