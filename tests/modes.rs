@@ -46,8 +46,10 @@ fn aimed(world: &World, n_packets: u64, seed: u64) -> Vec<Ray> {
         let mut random = Random::new(seed, "modes", packet);
         let origin = bounds.center() + size * random.uniform(0.2, 3.0) * random.direction();
         let first = random.below(tables.len() as u64 - 8) as usize;
+        // The fewer they are, the narrower is the packet.
+        let n_beside = [1, 2, 8][packet as usize % 3];
         for i in 0..16 {
-            let corners = tables.corners(first + i % 8).map(|corner| corner.as_dvec3());
+            let corners = tables.corners(first + i % n_beside).map(|corner| corner.as_dvec3());
             let corner = random.below(3) as usize;
             let along = [0.0, 0.5, random.unit()][random.below(3) as usize];
             let target = corners[corner] + along * (corners[(corner + 1) % 3] - corners[corner]);
@@ -60,6 +62,17 @@ fn aimed(world: &World, n_packets: u64, seed: u64) -> Vec<Ray> {
         }
     }
     rays
+}
+
+/// The same rays turned around: packets that start at vertices, edges and faces and end in one point, or near it.
+fn turned(rays: &[Ray], precision: fn(DVec3) -> DVec3) -> Vec<Ray> {
+    let turn = |(i, ray): (usize, &Ray)| {
+        let origin = precision(ray.origin + ray.direction);
+        let t_max = [1.0, 1.0 - 1.0 / 65536.0, 0.3, 0.05, f64::INFINITY][i / 16 % 5];
+        let t_min = [0.0, 0.0, 1e-30, 0.25][i / 3 % 4];
+        Ray { origin, direction: precision(ray.origin - origin), t_min, t_max }
+    };
+    rays.iter().enumerate().map(turn).collect()
 }
 
 /// Long beams through a crowd of small triangles: what the tree cuts.
@@ -110,6 +123,50 @@ fn aimed_packets_are_answered_like_the_full_scan() {
         ("huge sphere", mesh(lat_long(24, 12).placed(1e18, DVec3::ZERO))),
     ] {
         all_agree(name, &world, &aimed(&world, 40 * factor, 7));
+    }
+}
+
+#[test]
+fn packets_that_end_in_one_point_are_answered_like_the_full_scan() {
+    let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let mesh = |mesh: flatray::measure::stress::mesh::Mesh| {
+        let mut world = World::default();
+        world.add_mesh(mesh.input()).unwrap();
+        world
+    };
+    for (name, world) in [
+        ("beams", beams()),
+        ("sphere", mesh(lat_long(24, 12))),
+        ("block far off", mesh(bumpy_block(6).placed(1.0, DVec3::new(148_376.0, 1234.0, -223_423.0)))),
+        ("tiny sphere", mesh(lat_long(24, 12).placed(1e-12, DVec3::ZERO))),
+        ("huge sphere", mesh(lat_long(24, 12).placed(1e18, DVec3::ZERO))),
+    ] {
+        let rays = aimed(&world, 40 * factor, 13);
+        all_agree(name, &world, &turned(&rays, |p| p));
+        // Ends that f32 rounds lie farther apart.
+        let rounded = turned(&rays, |p| p.as_vec3().as_dvec3());
+        all_agree(name, &world, &rounded);
+        // And as far apart as a packet may have them: 2⁻¹⁸ of a ray's length.
+        let mut apart = turned(&rays, |p| p);
+        for (i, ray) in apart.iter_mut().enumerate() {
+            let by = ray.direction.abs().max_element() / f64::from(1 << 19);
+            ray.direction += by * DVec3::new([1.0, -1.0][i % 2], [1.0, -1.0, 0.0][i % 3], [0.5, -1.0][i / 4 % 2]);
+        }
+        all_agree(name, &world, &apart);
+        // One that does not end there, or nowhere.
+        let mut spoilt = rounded;
+        for (packet, rays) in spoilt.chunks_mut(16).enumerate() {
+            let ray = &mut rays[1 + packet * 7 % 14];
+            match packet % 6 {
+                0 => ray.origin.y = f64::NAN,
+                1 => ray.origin.x = f64::INFINITY,
+                2 => ray.direction.z = f64::NAN,
+                3 => ray.direction *= 1.0 + 1e-5,
+                4 => ray.t_max = 1.5,
+                _ => ray.t_min = -0.5,
+            }
+        }
+        all_agree(name, &world, &spoilt);
     }
 }
 

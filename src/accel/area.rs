@@ -1,6 +1,6 @@
 //! How likely a box is met.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
 use crate::world::Bounds;
@@ -43,6 +43,12 @@ impl Scale {
         self.factor * p
     }
 
+    /// A point in the scaled scene.
+    #[inline(always)]
+    pub fn vector(&self, p: Vec3A) -> Vec3A {
+        self.factor * p
+    }
+
     /// A box in the scaled scene.
     #[inline]
     pub fn scaled(&self, bounds: &Bounds) -> Bounds {
@@ -59,8 +65,13 @@ impl Scale {
     /// Half the area of a box, of which its chance to be met by a random ray is a multiple.
     #[inline]
     pub fn half_area(&self, bounds: &Bounds) -> f32 {
-        let Bounds { lo, hi } = self.scaled(bounds);
-        let e = hi - lo + EDGE;
+        self.half_area_between(bounds.lo.into(), bounds.hi.into())
+    }
+
+    /// The same of the box between two corners.
+    #[inline(always)]
+    pub fn half_area_between(&self, lo: Vec3A, hi: Vec3A) -> f32 {
+        let e = self.vector(hi) - self.vector(lo) + EDGE;
         e.x * (e.y + e.z) + e.y * e.z
     }
 }

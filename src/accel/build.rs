@@ -5,10 +5,14 @@
 //! of the memory. It pairs neighbours, and among boxes that are all the same a pairing pass finds one pair: a thousand
 //! copies give a chain a thousand deep, and a hundred thousand do not finish. So each distinct box is handed over once
 //! ([`super::duplicate`]). It says only which boxes belong together: those of the tree are our own.
+//!
+//! What it builds it finds from below, and cannot cut. A tree that was built from the top ([`super::spatial`]) it makes better by
+//! reinsertion.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
@@ -17,25 +21,16 @@ use super::Preset;
 use super::area::Scale;
 use super::binary::{BinaryTree, Source, piece_roots};
 use super::duplicate::{Cluster, Groups};
+use super::spatial::Branch;
+use crate::world::Bounds;
 
-/// What obvhs is to spend.
-struct Effort {
-    /// How far a pairing pass looks for a partner.
-    search: PlocSearchDistance,
-    /// Shares of nodes that reinsertion tries to place better, the largest nodes first, pass by pass.
-    reinsertion: &'static [f32],
-}
-
-impl Effort {
-    fn of(preset: Preset) -> Effort {
-        match preset {
-            Preset::Fast => Effort { search: PlocSearchDistance::VeryLow, reinsertion: &[] },
-            Preset::Medium => Effort { search: PlocSearchDistance::Low, reinsertion: &[0.1, 0.05, 0.03] },
-            Preset::High => Effort {
-                search: PlocSearchDistance::Medium,
-                reinsertion: &[0.5, 0.25, 0.17, 0.125, 0.1, 0.08, 0.07, 0.06],
-            },
-        }
+/// Shares of nodes that reinsertion tries to place better, the largest nodes first, pass by pass.
+fn reinsertion(preset: Preset) -> &'static [f32] {
+    match preset {
+        Preset::Fast => &[],
+        Preset::Medium => &[0.1, 0.05, 0.03],
+        // A tree from the top is hardly made better by more, but for its largest boxes.
+        Preset::High => &[0.1],
     }
 }
 
@@ -51,44 +46,81 @@ pub fn max_growth(preset: Preset) -> f32 {
 }
 
 /// Boxes more than primitives that large triangles may be cut into, in shares of the primitives.
-pub fn split_share(preset: Preset) -> f64 {
+pub fn cut_share(preset: Preset) -> f64 {
     match preset {
         Preset::Fast => 0.0,
-        Preset::Medium => 0.1,
+        Preset::Medium => 0.2,
         Preset::High => 0.3,
     }
 }
 
-/// Builds the tree; the groups are left without their clusters and items.
-pub fn build(groups: &mut Groups, preset: Preset) -> BinaryTree {
-    let effort = Effort::of(preset);
+/// Builds the tree, or makes one better that was built from the top; the groups are left without their clusters and items.
+pub fn build(groups: &mut Groups, from_top: Option<Branch>, preset: Preset) -> BinaryTree {
     let clusters = std::mem::take(&mut groups.clusters);
     if clusters.is_empty() {
         return BinaryTree::default();
     }
-    let mut bvh = build_bvh2(&clusters, &groups.scale, &effort);
+    let (mut bvh, clusters) = match from_top {
+        Some(root) => bvh2_of(&root, &groups.scale),
+        None => (build_bvh2(&clusters, &groups.scale, preset), clusters),
+    };
     if !is_tangled(&Built { bvh: &bvh, clusters: &clusters }) {
-        reinsert(&mut bvh, &effort);
+        reinsert(&mut bvh, reinsertion(preset));
     }
     let tree = BinaryTree::flatten(&Built { bvh: &bvh, clusters: &clusters }, &groups.items);
     groups.items = Vec::new();
     tree
 }
 
-fn build_bvh2(clusters: &[Cluster], scale: &Scale, effort: &Effort) -> Bvh2 {
-    let aabb = |cluster: &Cluster| {
-        let scaled = scale.scaled(&cluster.bounds);
-        Aabb { min: Vec3A::from(scaled.lo), max: Vec3A::from(scaled.hi) }
-    };
-    let aabbs: Vec<Aabb> = clusters.par_iter().map(aabb).collect();
+fn build_bvh2(clusters: &[Cluster], scale: &Scale, preset: Preset) -> Bvh2 {
+    // How far a pairing pass looks for a partner.
+    let search = if preset == Preset::Fast { PlocSearchDistance::VeryLow } else { PlocSearchDistance::Low };
+    let aabbs: Vec<Aabb> = clusters.par_iter().map(|cluster| aabb(cluster, scale)).collect();
     let indices = (0..aabbs.len() as u32).collect();
     let mut builder = PlocBuilder::with_capacity(aabbs.len());
-    builder.build(effort.search, &aabbs, indices, SortPrecision::U64, 0)
+    builder.build(search, &aabbs, indices, SortPrecision::U64, 0)
 }
 
-fn reinsert(bvh: &mut Bvh2, effort: &Effort) {
+fn aabb(cluster: &Cluster, scale: &Scale) -> Aabb {
+    let Bounds { lo, hi } = scale.scaled(&cluster.bounds);
+    Aabb { min: Vec3A::from(lo), max: Vec3A::from(hi) }
+}
+
+/// A tree as obvhs has it, and its clusters.
+fn bvh2_of(root: &Branch, scale: &Scale) -> (Bvh2, Vec<Cluster>) {
+    let mut clusters = Vec::new();
+    let mut nodes = vec![Bvh2Node::default()];
+    let mut stack = vec![(root, 0)];
+    while let Some((branch, place)) = stack.pop() {
+        nodes[place] = match branch {
+            Branch::Leaf(cluster) => {
+                clusters.push(*cluster);
+                Bvh2Node::new(aabb(cluster, scale), 1, clusters.len() as u32 - 1)
+            }
+            Branch::Inner(children) => {
+                let first = nodes.len();
+                nodes.resize(first + 2, Bvh2Node::default());
+                stack.extend([(&children[1], first + 1), (&children[0], first)]);
+                Bvh2Node::new(Aabb::empty(), 0, first as u32)
+            }
+        };
+    }
+    // Children stand behind their parents.
+    for place in (0..nodes.len()).rev() {
+        if nodes[place].is_leaf() {
+            continue;
+        }
+        let first = nodes[place].first_index as usize;
+        let around = nodes[first].aabb().union(nodes[first + 1].aabb());
+        nodes[place].set_aabb(around);
+    }
+    let primitive_indices = (0..clusters.len() as u32).collect();
+    (Bvh2 { nodes, primitive_indices, ..Bvh2::default() }, clusters)
+}
+
+fn reinsert(bvh: &mut Bvh2, shares: &[f32]) {
     let mut optimizer = ReinsertionOptimizer::default();
-    for share in effort.reinsertion {
+    for share in shares {
         let candidates = largest_nodes(bvh, *share);
         optimizer.run_with_candidates(bvh, &candidates, 1);
     }

@@ -1,8 +1,13 @@
 //! Finding packets: whether sixteen rays have one origin and run about the same way, and what they have in common.
+//!
+//! Rays that end in one point, as shadow rays do in a light, are packets too: they are walked backwards, from t = 1 on. Their
+//! ends o + d are rounded, so that the point is only near each of them: the rays have one origin that each is a little off, by no
+//! more than the packet says.
 
 use glam::DVec3;
 
-use super::slab::{SlabRay, Surroundings};
+use super::slab::{Apex, SlabRay, Surroundings};
+use crate::numeric::U;
 use crate::numeric::four::FourRays;
 use crate::numeric::lane::depth_slack;
 use crate::numeric::packet::{PacketShear, REACH_PER_RESIDUAL, Span};
@@ -23,6 +28,13 @@ pub type Column = [[f32; WIDTH]; N_LANES];
 /// The widest that a packet may be, as the largest difference of a slope from the middle one: in wider ones boxes would be
 /// tested for rays that do not exist.
 const WIDEST: f32 = 0.0625;
+
+/// The farthest that a ray may miss the point where all end, as a share of its direction: what f32 rounds it by and some more.
+/// The errors of f32 would not be small in a wider beam.
+const FARTHEST_OFF: f64 = 1.0 / (1 << 18) as f64;
+
+/// More than what 1 − t is rounded by, for t from 0 to 1.
+const TURNED_ERROR: f64 = 2.0 * U;
 
 /// Sixteen rays of one origin.
 #[derive(Clone, Debug)]
@@ -47,18 +59,19 @@ pub struct Packet {
     pub t_max: [Column; 2],
 }
 
-/// The packet of sixteen rays; `None` when they are not coherent, or any of them is not an ordinary one.
+/// The packet of sixteen rays; `None` when they are not coherent, or any of them is not an ordinary one. It may be of rays turned
+/// around if `both_ways`, where any hit is as good as the closest.
 #[inline(always)]
-pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings) -> Option<Packet> {
+pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings, both_ways: bool) -> Option<Packet> {
     // Most rays that are no packet are found out by the first and the last.
     let [first, .., last] = rays;
-    if first.origin != last.origin {
+    let Bundle { apex, direction, off, fours, interval } = if first.origin == last.origin {
+        Bundle::onwards(simd, rays)?
+    } else if both_ways && is_near(first.origin + first.direction, last.origin + last.direction, first) {
+        Bundle::turned(simd, rays)?
+    } else {
         return None;
-    }
-    let fours = fours(simd, rays);
-    if !is_sound(simd, first, &fours) {
-        return None;
-    }
+    };
     let (lo, hi) = directions(simd, &fours);
 
     // Octant. Zeros run upwards, with either sign.
@@ -69,7 +82,7 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings) -> 
     }
 
     // Slopes.
-    let axis = longest_axis(first.direction);
+    let axis = longest_axis(direction);
     let axes = CYCLIC[axis % CYCLIC.len()];
     let (slopes, ends) = slopes(simd, &fours, axes);
     let slope = middles(&ends);
@@ -85,15 +98,34 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings) -> 
     let (size_lo, size_hi) = (lo.abs(), hi.abs());
     let sizes = [size_lo.min(size_hi), size_lo.max(size_hi)];
     let shortest = sizes[0].to_array()[axis % WIDTH64];
-    let (t_min, t_max, lowest) = intervals(simd, first, &fours);
-    let slab = SlabRay::around(simd, lanes(simd, first.origin), sizes, downwards, shortest, lowest, around);
+    let (t_min, t_max, lowest) = intervals(simd, &interval, &fours);
+    let slab =
+        SlabRay::around(simd, Apex { origin: lanes(simd, apex), off }, sizes, downwards, shortest, lowest, around);
 
-    let origin = DVec3::from_array(axes.map(|axis| first.origin[axis]));
+    let origin = DVec3::from_array(axes.map(|axis| apex[axis]));
     let rounded = origin.as_vec3();
-    let residual = f32_at_least((origin - rounded.as_dvec3()).abs().max_element());
+    let residual = f32_at_least((origin - rounded.as_dvec3()).abs().max_element() + off);
     let shear = PacketShear { origin: rounded.to_array(), slope, spread, reach: residual * REACH_PER_RESIDUAL, axis };
     let reciprocal = [halves::<S>(slopes[2][0], slopes[2][1]), halves::<S>(slopes[2][2], slopes[2][3])];
     Some(Packet { slab, shear, spans, dx, dy, reciprocal, slack: depth_slack(residual), t_min, t_max })
+}
+
+/// Sixteen rays that start near one point.
+struct Bundle<S: Simd> {
+    apex: DVec3,
+    /// Of the first.
+    direction: DVec3,
+    /// How far any is off the apex at most, along each axis.
+    off: f64,
+    fours: Fours<S>,
+    interval: Interval,
+}
+
+/// The interval of the first ray, and how wrong those of all are.
+struct Interval {
+    t_min: f64,
+    t_max: f64,
+    error: f64,
 }
 
 /// Four rays at a time.
@@ -102,6 +134,65 @@ type Fours<S> = [FourRays<<S as Simd>::F64>; N_FOURS];
 /// Fours in a packet.
 const N_FOURS: usize = N_RAYS / WIDTH64;
 
+impl<S: Simd> Bundle<S> {
+    /// Rays as they are; `None` unless all start where the first does and are ordinary and tame.
+    #[inline(always)]
+    fn onwards(simd: S, rays: &[Ray; N_RAYS]) -> Option<Bundle<S>> {
+        let first = &rays[0];
+        let fours = fours(simd, rays);
+        let (x, y, z) = (simd.splat64(first.origin.x), simd.splat64(first.origin.y), simd.splat64(first.origin.z));
+        let mut sound = 0b1111;
+        for four in &fours {
+            let [ox, oy, oz] = four.origin;
+            let same = ox.le(x) & x.le(ox) & oy.le(y) & y.le(oy) & oz.le(z) & z.le(oz);
+            sound &= same.bits() & four.ordinary(simd) & four.tame(simd);
+        }
+        let interval = Interval { t_min: first.t_min, t_max: first.t_max, error: 0.0 };
+        (sound == 0b1111).then_some(Bundle {
+            apex: first.origin,
+            direction: first.direction,
+            off: 0.0,
+            fours,
+            interval,
+        })
+    }
+
+    /// Rays turned around: the point at t is at 1 − t. `None` unless all end near where the first does, no later than at 1, and
+    /// are ordinary once they are turned.
+    #[inline(always)]
+    fn turned(simd: S, rays: &[Ray; N_RAYS]) -> Option<Bundle<S>> {
+        let first = &rays[0];
+        let apex = first.origin + first.direction;
+        let (zero, one) = (simd.splat64(0.0), simd.splat64(1.0));
+        let target = [simd.splat64(apex.x), simd.splat64(apex.y), simd.splat64(apex.z)];
+        let mut fours = fours(simd, rays);
+        let limit = simd.splat64(FARTHEST_OFF * first.direction.abs().max_element());
+        let (mut off, mut sound) = (zero, 0b1111);
+        for four in &mut fours {
+            for (axis, at) in target.iter().enumerate() {
+                let by = (four.origin[axis] + four.direction[axis] - *at).abs();
+                sound &= by.le(limit).bits();
+                off = off.max(by);
+            }
+            let ([x, y, z], [dx, dy, dz]) = (target, four.direction);
+            sound &= (four.t_max.le(one) & zero.le(four.t_min)).bits();
+            four.turn([x, y, z], [-dx, -dy, -dz], one - four.t_max, one - four.t_min);
+            sound &= four.ordinary(simd);
+        }
+        // Each sum is rounded by u of itself, which u of the apex and of the distance from it are not less than.
+        let [a, b, c, d] = off.to_array();
+        let off = a.max(b).max(c.max(d)) * (1.0 + 4.0 * U) + 2.0 * U * apex.abs().max_element();
+        let interval = Interval { t_min: 1.0 - first.t_max, t_max: 1.0 - first.t_min, error: TURNED_ERROR };
+        (sound == 0b1111).then_some(Bundle { apex, direction: -first.direction, off, fours, interval })
+    }
+}
+
+/// Whether two points are so near that a packet may start at both, for all that is known yet.
+#[inline(always)]
+fn is_near(p: DVec3, q: DVec3, first: &Ray) -> bool {
+    (p - q).abs().max_element() <= FARTHEST_OFF * first.direction.abs().max_element()
+}
+
 #[inline(always)]
 fn fours<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Fours<S> {
     let mut fours = [FourRays::new(simd, [rays[0].numbers(); WIDTH64]); N_FOURS];
@@ -109,19 +200,6 @@ fn fours<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Fours<S> {
         *four = FourRays::new(simd, [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()]);
     }
     fours
-}
-
-/// Whether all rays start where the first does and are ordinary and tame.
-#[inline(always)]
-fn is_sound<S: Simd>(simd: S, first: &Ray, fours: &Fours<S>) -> bool {
-    let (x, y, z) = (simd.splat64(first.origin.x), simd.splat64(first.origin.y), simd.splat64(first.origin.z));
-    let mut sound = 0b1111;
-    for four in fours {
-        let [ox, oy, oz] = four.origin;
-        let same = ox.le(x) & x.le(ox) & oy.le(y) & y.le(oy) & oz.le(z) & z.le(oz);
-        sound &= same.bits() & four.ordinary(simd) & four.tame(simd);
-    }
-    sound == 0b1111
 }
 
 /// The smallest and the largest components of the directions, by axis in lanes.
@@ -210,20 +288,22 @@ fn middle_and_reach(lo: f32, hi: f32) -> (f32, f32) {
 
 /// The ends of the intervals, rounded both ways, and the lowest of all; rays of a packet mostly have the same.
 #[inline(always)]
-fn intervals<S: Simd>(simd: S, first: &Ray, fours: &Fours<S>) -> ([Column; 2], [Column; 2], f32) {
+fn intervals<S: Simd>(simd: S, first: &Interval, fours: &Fours<S>) -> ([Column; 2], [Column; 2], f32) {
     let (t_min, t_max) = (simd.splat64(first.t_min), simd.splat64(first.t_max));
     let mut same = t_min.le(t_min);
     for four in fours {
         same = same & four.t_min.le(t_min) & t_min.le(four.t_min) & four.t_max.le(t_max) & t_max.le(four.t_max);
     }
-    let (mut t_mins, mut t_maxs) = (both(first.t_min), both(first.t_max));
+    let (mut t_mins, mut t_maxs) = (both(first.t_min, first.error), both(first.t_max, first.error));
     if same.bits() == 0b1111 {
         return (t_mins, t_maxs, t_mins[1][0][0]);
     }
+    let (error, zero) = (simd.splat64(first.error), simd.splat64(0.0));
     let mut lowest = f32::INFINITY;
     for (i, four) in fours.iter().enumerate() {
         let (lanes, start) = (i / 2, i % 2 * WIDTH64);
-        let [min_down, min_up, max_down, max_up] = four.intervals(simd);
+        let ([min_down, _], [_, min_up]) = ((four.t_min - error).max(zero).outwards(), (four.t_min + error).outwards());
+        let ([max_down, _], [_, max_up]) = ((four.t_max - error).max(zero).outwards(), (four.t_max + error).outwards());
         for lane in 0..WIDTH64 {
             t_mins[0][lanes][start + lane] = min_up[lane];
             t_mins[1][lanes][start + lane] = min_down[lane];
@@ -235,8 +315,10 @@ fn intervals<S: Simd>(simd: S, first: &Ray, fours: &Fours<S>) -> ([Column; 2], [
     (t_mins, t_maxs, lowest)
 }
 
-/// A number above and below `t`, for all rays.
+/// A number above and one below `t`, which is wrong by `error`, for all rays; none below 0.
 #[inline(always)]
-fn both(t: f64) -> [Column; 2] {
-    [[[f32_at_least(t); WIDTH]; N_LANES], [[f32_at_most(t); WIDTH]; N_LANES]]
+fn both(t: f64, error: f64) -> [Column; 2] {
+    let below = t - error;
+    let below = if below > 0.0 { below } else { 0.0 };
+    [[[f32_at_least(t + error); WIDTH]; N_LANES], [[f32_at_most(below); WIDTH]; N_LANES]]
 }

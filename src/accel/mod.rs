@@ -27,7 +27,7 @@ mod single;
 mod slab;
 mod sliver;
 mod slot;
-mod split;
+mod spatial;
 mod stream;
 mod unbounded;
 mod walk;
@@ -222,6 +222,11 @@ impl Accel {
         self.kind == AccelKind::Bvh && self.unbounded.is_empty() && tree.sphere_rows.is_empty() && tree.prims.is_empty()
     }
 
+    /// Whether neighbours among rays that start or end in one point are walked together: then they had better be neighbours.
+    pub fn packs_rays(&self) -> bool {
+        self.mode == Mode::Packet && self.has_packets()
+    }
+
     /// The same structure, walked with another instruction set; the answers are the same.
     pub fn with_isa(self, isa: Isa) -> Accel {
         Accel { isa, ..self }
@@ -257,12 +262,15 @@ impl Accel {
 }
 
 /// Builds the tree of what has boxes.
-fn build_tree(world: &World, mut prims: Vec<PrimRef>, mut boxes: Vec<Bounds>, preset: Preset) -> WideTree {
+fn build_tree(world: &World, prims: Vec<PrimRef>, boxes: Vec<Bounds>, preset: Preset) -> WideTree {
     let scale = Scale::of(&boxes);
-    split::split(world, &mut prims, &mut boxes, &scale, build::split_share(preset));
+    let share = build::cut_share(preset);
+    let is_cut = share > 0.0 && spatial::is_worth_it(&boxes, &scale);
     let mut groups = duplicate::group(world, &prims, &boxes, scale, build::max_growth(preset));
     drop((prims, boxes));
-    let binary = build::build(&mut groups, preset);
+    let from_top = preset == Preset::High || is_cut;
+    let root = if from_top { spatial::build(world, &groups, if is_cut { share } else { 0.0 }) } else { None };
+    let binary = build::build(&mut groups, root, preset);
     collapse::collapse(world, &groups, binary)
 }
 
@@ -287,7 +295,7 @@ impl<Q: PacketQuery> Batch for Asked<'_, Q> {
         if self.accel.kind == AccelKind::Linear {
             return self.scan();
         }
-        let todo = if self.accel.mode == Mode::Packet && self.accel.has_packets() {
+        let todo = if self.accel.packs_rays() {
             Todo::Some(packet::run(simd, &mut self).into_iter())
         } else {
             Todo::Run(0..self.rays.len())

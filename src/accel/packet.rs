@@ -1,8 +1,8 @@
 //! Sixteen rays of one origin together: boxes are tested once for all of them, and a triangle of a leaf against all of them
 //! at once.
 //!
-//! Neighbouring camera rays, and shadow rays traced from their light, are such packets. What else a batch has is left for
-//! [`stream`](super::stream).
+//! Neighbouring camera rays are such packets, and so are shadow rays, which end in one light and are walked from there. What
+//! else a batch has is left for [`stream`](super::stream).
 
 use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
 use super::order::{Item, Limit};
@@ -31,6 +31,9 @@ pub struct Found<'a, A> {
 
 /// A query that packets can ask.
 pub trait PacketQuery: Query {
+    /// Leaves that a packet may test; with more of them its rays had better gone alone (`docs/BENCHMARKS.md`).
+    const MANY_LEAVES: usize;
+
     /// Takes what eight rays of a packet have found of a triangle: rays that may hit it, of these the ones that certainly do,
     /// and the intervals that their parameters lie in.
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Self::Answer>, meeting: &Meeting<S::F32>);
@@ -65,7 +68,7 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
         // No closures: they are not always inlined, and what is not inlined is compiled for the baseline.
         let rays = asked.rays[first..].first_chunk::<N_RAYS>();
         let coherent = match rays {
-            Some(rays) if patience.tries() => packet(simd, rays, &around),
+            Some(rays) if patience.tries() => packet(simd, rays, &around, Q::IS_ANY),
             _ => None,
         };
         let (Some(rays), Some(packet)) = (rays, coherent) else {
@@ -83,24 +86,25 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
             is_pending: 0,
             pending: [Pending::NOTHING; N_RAYS],
         };
-        patience.saw(traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack));
-        let Found { is_pending, pending, .. } = found;
-        asked.answers[first..first + N_RAYS].copy_from_slice(&answers);
-        asked.describe_later(first, is_pending, &pending);
+        let n_leaves = traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack);
+        patience.saw(n_leaves, Q::MANY_LEAVES);
+        if n_leaves > Q::MANY_LEAVES {
+            others.extend(first as u32..(first + N_RAYS) as u32);
+        } else {
+            let Found { is_pending, pending, .. } = found;
+            asked.answers[first..first + N_RAYS].copy_from_slice(&answers);
+            asked.describe_later(first, is_pending, &pending);
+        }
         first += N_RAYS;
     }
     others
 }
 
-/// Leaves that a packet may test before its rays had better gone alone: anything from 16 to 48 was measured to be as good
-/// (`docs/BENCHMARKS.md`).
-const MANY_LEAVES: usize = 32;
+/// Packets that are not tried at most, once some had better not been.
+const MOST_LEFT_OUT: usize = 256;
 
-/// Packets that are not tried at most, once one had better not been.
-const MOST_LEFT_OUT: usize = 64;
-
-/// Where triangles are smaller than packets, rays are left to go alone, and a packet is tried now and then: twice as seldom
-/// each time that it is no better.
+/// Where triangles are smaller than packets, rays are left to go alone, and a packet is tried now and then: four times as seldom
+/// each time that it is no better, and twice as often each time that it is.
 #[derive(Default)]
 struct Patience {
     /// Packets that are still to be left out.
@@ -117,14 +121,19 @@ impl Patience {
         tries
     }
 
-    /// Learns how many leaves a packet has tested.
-    fn saw(&mut self, n_leaves: usize) {
-        self.last = if n_leaves > MANY_LEAVES { (2 * self.last).clamp(1, MOST_LEFT_OUT) } else { 0 };
+    /// Learns how many leaves a packet has tested, and how many are too many.
+    fn saw(&mut self, n_leaves: usize, many: usize) {
+        // One that has met nothing says nothing.
+        if n_leaves > many {
+            self.last = (4 * self.last).clamp(4, MOST_LEFT_OUT);
+        } else if n_leaves > 0 {
+            self.last /= 2;
+        }
         self.left_out = self.last;
     }
 }
 
-/// Walks the tree with a packet; how many leaves it has tested.
+/// Walks the tree with a packet; how many leaves it has tested. With too many of them it is given up.
 #[inline(always)]
 fn traverse<S: Simd, Q: PacketQuery>(
     simd: S,
@@ -150,6 +159,9 @@ fn traverse<S: Simd, Q: PacketQuery>(
             }
         } else if !stack.tested.has(item, stack.ray) {
             n_leaves += 1;
+            if n_leaves > Q::MANY_LEAVES {
+                return n_leaves;
+            }
             if test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag) {
                 farthest = found.farthest();
                 if farthest < 0.0 {
@@ -207,6 +219,8 @@ fn test_leaf<S: Simd, Q: PacketQuery>(
 }
 
 impl PacketQuery for Closest {
+    const MANY_LEAVES: usize = 32;
+
     #[inline(always)]
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, triangle, open, certain, t_low, t_high } = meeting;
@@ -226,6 +240,8 @@ impl PacketQuery for Closest {
 }
 
 impl PacketQuery for Any {
+    const MANY_LEAVES: usize = 8;
+
     #[inline(always)]
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, triangle, open, certain, .. } = meeting;
@@ -331,20 +347,26 @@ mod tests {
 
     #[test]
     fn packets_are_tried_ever_more_seldom_while_they_are_no_better() {
+        const MANY: usize = 8;
         let mut patience = Patience::default();
-        let tried: Vec<usize> = (0..300)
+        let tried: Vec<usize> = (0..700)
             .filter(|_| {
                 let tries = patience.tries();
                 if tries {
-                    patience.saw(MANY_LEAVES + 1);
+                    patience.saw(MANY + 1, MANY);
                 }
                 tries
             })
             .collect();
-        assert_eq!(tried, [0, 2, 5, 10, 19, 36, 69, 134, 199, 264]);
-        // One that is better, and all are tried again.
-        while !patience.tries() {}
-        patience.saw(MANY_LEAVES);
-        assert!(patience.tries() && patience.tries());
+        assert_eq!(tried, [0, 5, 22, 87, 344, 601]);
+        // Some that are better, and all are tried again; one that meets nothing changes nothing.
+        let mut n_tried = 0;
+        for _ in 0..1000 {
+            if patience.tries() {
+                n_tried += 1;
+                patience.saw(if n_tried % 2 == 0 { 0 } else { MANY }, MANY);
+            }
+        }
+        assert!(n_tried > 200 && patience.tries(), "{n_tried}");
     }
 }

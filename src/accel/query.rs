@@ -17,8 +17,8 @@ pub trait Query {
     type Answer: Copy;
     /// The answer to a ray that can hit nothing.
     const NOTHING: Self::Answer;
-    /// Whether answers are described at the end of a batch.
-    const IS_DESCRIBED: bool;
+    /// Whether any hit is as good as the closest; none is then described.
+    const IS_ANY: bool;
 
     /// The answer of the full scan.
     fn scan(world: &World, ray: &PreparedRay) -> Self::Answer;
@@ -66,7 +66,7 @@ pub struct Any;
 impl Query for Closest {
     type Answer = Hit;
     const NOTHING: Hit = Hit::MISS;
-    const IS_DESCRIBED: bool = true;
+    const IS_ANY: bool = false;
 
     #[inline(always)]
     fn scan(world: &World, ray: &PreparedRay) -> Hit {
@@ -115,7 +115,7 @@ impl Query for Closest {
 impl Query for Any {
     type Answer = bool;
     const NOTHING: bool = false;
-    const IS_DESCRIBED: bool = false;
+    const IS_ANY: bool = true;
 
     #[inline(always)]
     fn scan(world: &World, ray: &PreparedRay) -> bool {
@@ -230,7 +230,7 @@ impl<'a, Q: Query> Asked<'a, Q> {
             todo: Todo::Run(0..0),
             four: Four::NONE,
             around: accel.surroundings(),
-            rest: Rest::new(if Q::IS_DESCRIBED { rays.len() } else { 0 }),
+            rest: Rest::new(if Q::IS_ANY { 0 } else { rays.len() }),
         }
     }
 

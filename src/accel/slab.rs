@@ -72,6 +72,15 @@ impl Slabs {
     };
 }
 
+/// Where rays start: near a point, by axis in lanes, which each is off by so much along any axis at most.
+#[derive(Clone, Copy, Debug)]
+pub struct Apex<F> {
+    /// The point.
+    pub origin: F,
+    /// How far any is off it.
+    pub off: f64,
+}
+
 /// One axis of some rays.
 struct Axis<F> {
     near_inverse: F,
@@ -188,23 +197,25 @@ impl SlabRay {
         t_near.le(t_far).bits()
     }
 
-    /// Rays of one origin and one octant, by axis in lanes, whose directions lie between two in magnitude, where −0.0 counts as
+    /// Rays of one apex and one octant, by axis in lanes, whose directions lie between two in magnitude, where −0.0 counts as
     /// 0.0: a parallel ray is taken to run upwards on every axis. No direction is shorter than `longest` along the axis that
     /// is longest for all; `t_min` must be rounded downwards.
     #[inline(always)]
     pub fn around<S: Simd>(
         simd: S,
-        origin: S::F64,
+        apex: Apex<S::F64>,
         sizes: [S::F64; 2],
         runs_down: <S::F64 as F64Lanes>::Mask,
         longest: f64,
         t_min: f32,
         around: &Surroundings,
     ) -> SlabRay {
+        let Apex { origin, off } = apex;
         let [x, y, z, _] = origin.abs().to_array();
         let farthest = x.max(y).max(z);
         let (longest, one) = (simd.splat64(longest), simd.splat64(1.0));
-        let common = Common::new(simd, longest, one / longest, simd.splat64(farthest), around);
+        let mut common = Common::new(simd, longest, one / longest, simd.splat64(farthest), around);
+        common.thickness = common.thickness + simd.splat64(off);
         let inverse = [one / sizes[1].max(common.least), one / sizes[0].max(common.least)];
         let numbers = common.axis(simd, origin, sizes[0], inverse, runs_down);
         let octant = runs_down.bits() & 0b111;

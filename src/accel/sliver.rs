@@ -8,7 +8,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::split::CLIP_ERROR;
+use super::spatial::CLIP_ERROR;
 use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
 use super::{join, morton};
 use crate::world::{Bounds, PrimRef, World};

@@ -73,6 +73,12 @@ impl<F: F64Lanes> FourRays<F> {
         FourRays::new(simd, [ray.numbers(); WIDTH64])
     }
 
+    /// Makes them others along the same axes, in either direction.
+    #[inline(always)]
+    pub fn turn(&mut self, origin: [F; 3], direction: [F; 3], t_min: F, t_max: F) {
+        (self.origin, self.direction, self.t_min, self.t_max) = (origin, direction, t_min, t_max);
+    }
+
     /// The components of vectors in each ray's cyclic order of axes, the last being that along which its direction is longest.
     #[inline(always)]
     pub fn in_axes(&self, [x, y, z]: [F; 3]) -> [F; 3] {

@@ -11,6 +11,7 @@ mod estimate;
 pub mod filter;
 mod join;
 mod layers;
+mod occlusion;
 mod parts;
 mod refine;
 mod refract;

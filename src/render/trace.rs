@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 
 use super::cutoff::Cutoff;
+use super::occlusion::Occlusion;
 use super::parts::{Parts, PartsAsked};
 use super::shade::{Lighting, Shading};
 use super::signature;
@@ -128,7 +129,7 @@ pub struct Wavefront {
     /// What each level sends.
     bounces: Vec<Bounces>,
     lighting: Lighting,
-    occluded: Vec<bool>,
+    occlusion: Occlusion,
     /// Rays sent so far.
     pub counts: RayCounts,
 }
@@ -229,22 +230,23 @@ impl Wavefront {
 
         // Shadow rays, in the order of hits and lights.
         let Lighting { rays: shadow_rays, shadow, .. } = &self.lighting;
-        self.occluded.clear();
-        self.occluded.resize(shadow_rays.len(), false);
         if scene.parts.cost {
+            self.occlusion.reset(shadow_rays.len());
             let owners = shadow.iter().map(|shadow| shadow.ray_idx);
-            level.parts.costs.occluded(scene.accel, scene.world, shadow_rays, &mut self.occluded, owners);
+            let occluded = &mut self.occlusion.occluded;
+            level.parts.costs.occluded(scene.accel, scene.world, shadow_rays, occluded, owners);
         } else {
-            scene.accel.occluded(scene.world, shadow_rays, &mut self.occluded);
+            self.occlusion.ask(scene.accel, scene.world, shadow_rays, shadow);
         }
-        for (shadow, &occluded) in shadow.iter().zip(&self.occluded) {
+        let occluded = &self.occlusion.occluded;
+        for (shadow, &occluded) in shadow.iter().zip(occluded) {
             if !occluded {
                 level.radiance[shadow.ray_idx as usize] += shadow.radiance;
             }
         }
 
         if scene.parts.any() {
-            for ((shadow, parts), &occluded) in shadow.iter().zip(&self.lighting.parts).zip(&self.occluded) {
+            for ((shadow, parts), &occluded) in shadow.iter().zip(&self.lighting.parts).zip(occluded) {
                 if !occluded {
                     level.parts.add_light(shadow.ray_idx as usize, shadow.radiance, parts);
                 }
@@ -254,7 +256,7 @@ impl Wavefront {
         level.signatures.clear();
         if scene.signatures {
             level.signatures.extend(level.hits.iter().map(|hit| signature::of_hit(scene.world, hit)));
-            for (shadow, _) in shadow.iter().zip(&self.occluded).filter(|(_, occluded)| !**occluded) {
+            for (shadow, _) in shadow.iter().zip(occluded).filter(|(_, occluded)| !**occluded) {
                 signature::add_light(&mut level.signatures[shadow.ray_idx as usize], shadow.light);
             }
         }

@@ -85,6 +85,23 @@ impl Scene {
             && packed.iter().zip(&single).all(|(a, b)| a.same_bits(b))
             && occluded == occluded_single
             && occluded[0] == hit.is_some()
+            && self.agrees_towards_a_point(&packet)
+    }
+
+    /// Whether rays that end where all of some rays start, at places along these, have the same answers together as one by one.
+    fn agrees_towards_a_point(&self, from: &[Ray; N_BESIDE]) -> bool {
+        let back = from.map(|ray| Ray {
+            origin: ray.origin + ray.direction,
+            direction: -ray.direction,
+            t_min: 0.0,
+            t_max: 1.0,
+        });
+        let ask = |accel: &Accel| {
+            let mut occluded = [false; N_BESIDE];
+            accel.occluded(&self.world, &back, &mut occluded);
+            occluded
+        };
+        ask(&self.bvh) == ask(&self.one_by_one)
     }
 
     /// Whether a hit is right about the primitive that it names, by the oracle.
