@@ -158,7 +158,7 @@ impl<S: Simd> Bundle<S> {
     }
 
     /// Rays turned around: the point at t is at 1 − t. `None` unless all end near where the first does, no later than at 1, and
-    /// are ordinary once they are turned.
+    /// are tame, and ordinary once they are turned.
     #[inline(always)]
     fn turned(simd: S, rays: &[Ray; N_RAYS]) -> Option<Bundle<S>> {
         let first = &rays[0];
@@ -175,7 +175,7 @@ impl<S: Simd> Bundle<S> {
                 off = off.max(by);
             }
             let ([x, y, z], [dx, dy, dz]) = (target, four.direction);
-            sound &= (four.t_max.le(one) & zero.le(four.t_min)).bits();
+            sound &= (four.t_max.le(one) & zero.le(four.t_min)).bits() & four.tame(simd);
             four.turn([x, y, z], [-dx, -dy, -dz], one - four.t_max, one - four.t_min);
             sound &= four.ordinary(simd);
         }

@@ -2,6 +2,8 @@
 
 mod sphere;
 
+use glam::Vec3;
+
 use super::single;
 use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
@@ -177,7 +179,7 @@ impl Batch for ByOne<'_> {
             return;
         }
         // Mostly it is what the ray has just left.
-        if candidate.tag.is_triangles() && triangle::is_behind(&walk.prepared(), candidate.corners(tree)) {
+        if candidate.tag.is_triangles() && is_behind(walk, candidate.corners(tree)) {
             return;
         }
         offer(tree, walk, candidate.intersect(tree, &walk.prepared()));
@@ -249,6 +251,12 @@ fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, candidate: Pending, 
     }
 }
 
+/// Whether f64 is certain that a ray's line meets a triangle's plane behind the origin.
+#[inline(always)]
+fn is_behind(walk: &Walk, corners: [Vec3; 3]) -> bool {
+    walk.tame && triangle::is_behind(walk.ray.origin, walk.ray.direction, corners)
+}
+
 /// The triangles of a leaf that f32 left open.
 struct AnyByOne<'a> {
     tree: &'a WideTree,
@@ -266,7 +274,7 @@ impl Batch for AnyByOne<'_> {
         let ray = walk.prepared();
         for lane in set_bits(open) {
             let corners = tree.corners_of(first as usize, n_prims, lane);
-            if !triangle::is_behind(&ray, corners) && triangle::occludes(&ray, corners) {
+            if !is_behind(walk, corners) && triangle::occludes(&ray, corners) {
                 *is_hit = true;
                 return;
             }

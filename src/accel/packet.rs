@@ -10,10 +10,11 @@ use super::query::{Any, Asked, Closest, Query};
 use super::single::{Mailboxes, Stack};
 use super::walk::Pending;
 use super::wide::{N_COORDINATES, Tag, WideTree};
+use crate::numeric::four::FourRays;
 use crate::numeric::lane::LaneEdges;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
-use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, set_bits};
+use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, WIDTH64, set_bits};
 use crate::world::{Hit, Ray};
 
 /// What the rays of a packet have found so far.
@@ -245,17 +246,14 @@ impl PacketQuery for Any {
     #[inline(always)]
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, triangle, open, certain, .. } = meeting;
-        let certain = certain.bits();
-        for lane in set_bits(open.bits()) {
-            let i = lanes * WIDTH + lane;
-            let mut is_hit = certain >> lane & 1 == 1;
-            if !is_hit {
-                simd.apart(AnyByOne { tree, ray: &found.rays[i], triangle, is_hit: &mut is_hit });
-            }
-            if is_hit {
-                found.answers[i] = true;
-                found.t_max[lanes][lane] = DONE;
-            }
+        let mut hits = certain.bits();
+        let uncertain = open.bits() & !hits;
+        if uncertain != 0 {
+            simd.apart(AnyByOne { tree, rays: found.rays, lanes, triangle, uncertain, hits: &mut hits });
+        }
+        for lane in set_bits(hits) {
+            found.answers[lanes * WIDTH + lane] = true;
+            found.t_max[lanes][lane] = DONE;
         }
     }
 }
@@ -263,19 +261,34 @@ impl PacketQuery for Any {
 /// The `t_max` of a ray that is answered: nothing lies in front of it.
 const DONE: f32 = f32::NEG_INFINITY;
 
-/// Whether a triangle lies in a ray's interval, where f32 is not certain.
+/// Which of eight rays have a triangle in their interval, where f32 is not certain.
 struct AnyByOne<'a> {
     tree: &'a WideTree,
-    ray: &'a Ray,
+    rays: &'a [Ray; N_RAYS],
+    /// Which eight.
+    lanes: usize,
     triangle: Pending,
-    is_hit: &'a mut bool,
+    /// Those that are asked for, one bit each.
+    uncertain: u32,
+    /// Those that hit.
+    hits: &'a mut u32,
 }
 
 impl Batch for AnyByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        if let Some(ray) = self.ray.prepare_with(simd) {
-            *self.is_hit = triangle::occludes(&ray, self.triangle.corners(self.tree));
+        let corners = self.triangle.corners(self.tree);
+        let rays = &self.rays[self.lanes * WIDTH..][..WIDTH];
+        // Most have just left the triangle, which f64 knows of several at once. Rays of packets are tame.
+        let mut left = self.uncertain;
+        for (i, of) in rays.chunks_exact(WIDTH64).enumerate() {
+            let numbers = [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()];
+            left &= !(triangle::are_behind(simd, &FourRays::new(simd, numbers), corners) << (i * WIDTH64));
+        }
+        for lane in set_bits(left) {
+            if rays[lane].prepare_with(simd).is_some_and(|ray| triangle::occludes(&ray, corners)) {
+                *self.hits |= 1 << lane;
+            }
         }
     }
 }
