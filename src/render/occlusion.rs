@@ -73,7 +73,9 @@ mod tests {
         let (mut rays, mut sent_for) = (Vec::new(), Vec::new());
         for ray_idx in 0..400_u32 {
             let origin = DVec3::new(f64::from(ray_idx % 20), 0.5, f64::from(ray_idx / 20)) / 20.0 - 0.5;
-            for (light, at) in lights.into_iter().enumerate().filter(|(light, _)| (ray_idx as usize + light) % 7 != 0) {
+            for (light, at) in
+                lights.into_iter().enumerate().filter(|(light, _)| !(ray_idx as usize + light).is_multiple_of(7))
+            {
                 rays.push(Ray::new(origin, at - origin).until(1.0));
                 sent_for.push(ShadowRay { ray_idx, light: light as u32, radiance: DVec3::ONE });
             }
