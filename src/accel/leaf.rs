@@ -254,7 +254,7 @@ fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, candidate: Pending, 
 /// Whether f64 is certain that a ray's line meets a triangle's plane behind the origin.
 #[inline(always)]
 fn is_behind(walk: &Walk, corners: [Vec3; 3]) -> bool {
-    walk.tame && triangle::is_behind(walk.ray.origin, walk.ray.direction, corners)
+    walk.tame && triangle::is_behind(walk.ray.origin.to_array(), walk.ray.direction.to_array(), corners)
 }
 
 /// The triangles of a leaf that f32 left open.

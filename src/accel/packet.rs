@@ -283,7 +283,8 @@ impl Batch for AnyByOne<'_> {
         let mut left = self.uncertain;
         for (i, of) in rays.chunks_exact(WIDTH64).enumerate() {
             let numbers = [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()];
-            left &= !(triangle::are_behind(simd, &FourRays::new(simd, numbers), corners) << (i * WIDTH64));
+            let four = FourRays::new(simd, numbers);
+            left &= !(triangle::is_behind(four.origin, four.direction, corners).bits() << (i * WIDTH64));
         }
         for lane in set_bits(left) {
             if rays[lane].prepare_with(simd).is_some_and(|ray| triangle::occludes(&ray, corners)) {

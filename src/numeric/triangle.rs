@@ -11,12 +11,11 @@ use super::U;
 use super::double::{Double3, two_product, two_sum};
 use super::dyadic::Dyadic;
 use super::edge::{Sheared, shear};
-use super::four::FourRays;
 use super::plane::{Pair, plane_quotient};
 use super::prepared::PreparedRay;
 use super::ratio::{Parameter, Ratio, ratio_inside};
 use super::tally::count_exact_test;
-use crate::simd::{F64Lanes, MaskLanes, Simd};
+use crate::simd::F64Lanes;
 
 /// A triangle's hit: parameter and barycentric weights of the second and third corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,45 +74,32 @@ pub fn occludes(ray: &PreparedRay, corners: [Vec3; 3]) -> bool {
     }
 }
 
-/// Whether the ray's line certainly meets the triangle's plane behind the origin: f64 mostly knows it of the triangle that a
-/// ray has just left, and of nothing else is it asked. Origin and direction must be tame ([`is_tame`](super::double::is_tame)).
+/// Whether a ray's line, or which of several, certainly meets the triangle's plane behind the origin: f64 mostly knows it of the
+/// triangle that a ray has just left, and of nothing else is it asked. Origin and direction must be tame
+/// ([`is_tame`](super::double::is_tame)).
 ///
 /// In units of u, edges are wrong by 1, products of them by 3 and a component of n by 4 of its two products; n·(a − o) adds
 /// 1 for a − o, 1 for the product and 2 for sums, n·d one less.
 #[inline(always)]
-pub fn is_behind(origin: DVec3, direction: DVec3, corners: [Vec3; 3]) -> bool {
-    let [a, b, c] = corners;
-    let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
-    let (e, f, to_plane) = (b - a, c - a, a - origin);
-    let (p, q) = (DVec3::new(e.y * f.z, e.z * f.x, e.x * f.y), DVec3::new(e.z * f.y, e.x * f.z, e.y * f.x));
-    let (n, size) = (p - q, p.abs() + q.abs());
-    let (numerator, denominator) = (n.dot(to_plane), n.dot(direction));
-    let certain =
-        numerator.abs() > 9.0 * U * size.dot(to_plane.abs()) && denominator.abs() > 8.0 * U * size.dot(direction.abs());
-    certain && (numerator < 0.0) != (denominator < 0.0)
-}
-
-/// The same of four rays, one bit each.
-#[inline(always)]
-pub fn are_behind<S: Simd>(simd: S, rays: &FourRays<S::F64>, corners: [Vec3; 3]) -> u32 {
+pub fn is_behind<F: F64Lanes>(origin: [F; 3], direction: [F; 3], corners: [Vec3; 3]) -> F::Mask {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3());
     let (e, f) = (b - a, c - a);
     let (p, q) = (DVec3::new(e.y * f.z, e.z * f.x, e.x * f.y), DVec3::new(e.z * f.y, e.x * f.z, e.y * f.x));
-    let (n, size) = ((p - q).to_array(), (p.abs() + q.abs()).to_array());
-    let zero = simd.splat64(0.0);
-    let (mut numerator, mut denominator, mut of_numerator, mut of_denominator) = (zero, zero, zero, zero);
-    for (axis, corner) in a.to_array().into_iter().enumerate() {
-        let (n, size) = (simd.splat64(n[axis]), simd.splat64(size[axis]));
-        let (to_plane, direction) = (simd.splat64(corner) - rays.origin[axis], rays.direction[axis]);
-        numerator = n.mul_add(to_plane, numerator);
-        denominator = n.mul_add(direction, denominator);
-        of_numerator = size.mul_add(to_plane.abs(), of_numerator);
-        of_denominator = size.mul_add(direction.abs(), of_denominator);
-    }
-    let certain = (of_numerator * simd.splat64(9.0 * U)).lt(numerator.abs())
-        & (of_denominator * simd.splat64(8.0 * U)).lt(denominator.abs());
-    let (below, against) = (numerator.lt(zero), denominator.lt(zero));
-    (certain & ((below & !against) | (!below & against))).bits()
+    let (n, size) = (p - q, p.abs() + q.abs());
+    let [x, y, z] = origin;
+    let to_plane = [x.same(a.x) - x, y.same(a.y) - y, z.same(a.z) - z];
+    let (numerator, of_numerator) = (dot(n, to_plane), dot(size, to_plane.map(F::abs)));
+    let (denominator, of_denominator) = (dot(n, direction), dot(size, direction.map(F::abs)));
+    let certain =
+        (of_numerator * x.same(9.0 * U)).lt(numerator.abs()) & (of_denominator * x.same(8.0 * U)).lt(denominator.abs());
+    let (below, against) = (numerator.lt(x.same(0.0)), denominator.lt(x.same(0.0)));
+    certain & ((below & !against) | (!below & against))
+}
+
+/// The dot product of one vector with one or several.
+#[inline(always)]
+fn dot<F: F64Lanes>(n: DVec3, [x, y, z]: [F; 3]) -> F {
+    x.same(n.x) * x + y.same(n.y) * y + z.same(n.z) * z
 }
 
 /// What f64 can tell of a ray's line and the edges.
@@ -311,7 +297,8 @@ pub fn to_plane(corners: [Vec3; 3], p: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::Portable;
+    use crate::numeric::four::FourRays;
+    use crate::simd::{MaskLanes, Portable};
     use glam::{dvec3, vec3};
 
     fn ray(origin: DVec3, direction: DVec3) -> PreparedRay {
@@ -329,6 +316,9 @@ mod tests {
         }
     }
 
+    /// Where to start beside a plane: on it but for some roundings, or well off it.
+    const PLACES_OFF: [f64; 7] = [0.0, 1e-17, 1e-16, -1e-16, 1e-15, -1e-15, 0.1];
+
     #[test]
     fn what_f64_knows_to_lie_behind_is_never_hit_and_is_the_same_of_four_rays() {
         let (mut n_behind, mut n_hit) = (0, 0);
@@ -338,21 +328,17 @@ mod tests {
             let corners = [corner(0), corner(3), corner(6)];
             let [a, b, c] = corners.map(|corner| corner.as_dvec3());
             let normal = (b - a).cross(c - a);
-            // On the plane but for some roundings, or well off it.
-            let off = [0.0, 1e-17, 1e-16, -1e-16, 1e-15, -1e-15, 0.1][i as usize % 7];
+            let off = PLACES_OFF[i as usize % PLACES_OFF.len()];
             let origin = (a + b + c) / 3.0 + off * normal.normalize_or_zero();
             let direction = dvec3(unit(9), unit(10), unit(11));
-            let behind = is_behind(origin, direction, corners);
+            let behind = is_behind(origin.to_array(), direction.to_array(), corners);
             let is_hit = occludes(&ray(origin, direction), corners);
             assert!(!(behind && is_hit), "{corners:?}, {origin}, {direction}");
             (n_behind, n_hit) = (n_behind + u32::from(behind), n_hit + u32::from(is_hit));
 
             let four = FourRays::same(Portable, &ray(origin, direction));
-            let bits = are_behind(Portable, &four, corners);
-            assert!(bits == 0 || bits == 0b1111);
-            assert!(bits == 0 || !is_hit, "{corners:?}, {origin}, {direction}");
-            // Their bounds may part where one of them is just certain.
-            assert!(off.abs() < 1e-14 || (bits != 0) == behind, "{corners:?}, {origin}, {direction}");
+            let bits = is_behind(four.origin, four.direction, corners).bits();
+            assert_eq!(bits, if behind { 0b1111 } else { 0 }, "{corners:?}, {origin}, {direction}");
         }
         assert!(n_behind > 500 && n_hit > 1000, "{n_behind} {n_hit}");
     }
