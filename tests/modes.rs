@@ -2,11 +2,23 @@
 
 use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::measure::generate::terrain;
-use flatray::measure::stress::mesh::{bumpy_block, lat_long};
+use flatray::measure::stress::mesh::{Mesh, bumpy_block, lat_long};
 use flatray::measure::stress::random::Random;
 use flatray::simd::Isa;
 use flatray::world::{Hit, MaterialId, ObjectId, Ray, World};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+
+/// How many times as many rays are asked for.
+fn factor() -> u64 {
+    std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
+}
+
+/// A world of one mesh.
+fn of_mesh(mesh: &Mesh) -> World {
+    let mut world = World::default();
+    world.add_mesh(mesh.input()).unwrap();
+    world
+}
 
 fn answers(accel: &Accel, world: &World, rays: &[Ray]) -> (Vec<Hit>, Vec<bool>) {
     let (mut hits, mut occluded) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
@@ -96,7 +108,7 @@ fn triangles_that_the_tree_cuts_are_hit_as_if_they_were_whole() {
     let world = beams();
     let bytes = |preset| Accel::build_with(&world, AccelKind::Bvh, preset).stats().memory_bytes;
     assert!(bytes(Preset::High) > bytes(Preset::Fast) * 11 / 10, "nothing was cut");
-    let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let factor = factor();
     all_agree("beams", &world, &aimed(&world, 60 * factor, 3));
     // The same beams twice: the first of two is hit.
     let twice = |column: &[Vec3]| [column, column].concat();
@@ -109,18 +121,13 @@ fn triangles_that_the_tree_cuts_are_hit_as_if_they_were_whole() {
 
 #[test]
 fn aimed_packets_are_answered_like_the_full_scan() {
-    let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
-    let mesh = |mesh: flatray::measure::stress::mesh::Mesh| {
-        let mut world = World::default();
-        world.add_mesh(mesh.input()).unwrap();
-        world
-    };
+    let factor = factor();
     for (name, world) in [
-        ("sphere", mesh(lat_long(24, 12))),
-        ("block", mesh(bumpy_block(6))),
-        ("block far off", mesh(bumpy_block(6).placed(1.0, DVec3::new(148_376.0, 1234.0, -223_423.0)))),
-        ("tiny sphere", mesh(lat_long(24, 12).placed(1e-12, DVec3::ZERO))),
-        ("huge sphere", mesh(lat_long(24, 12).placed(1e18, DVec3::ZERO))),
+        ("sphere", of_mesh(&lat_long(24, 12))),
+        ("block", of_mesh(&bumpy_block(6))),
+        ("block far off", of_mesh(&bumpy_block(6).placed(1.0, DVec3::new(148_376.0, 1234.0, -223_423.0)))),
+        ("tiny sphere", of_mesh(&lat_long(24, 12).placed(1e-12, DVec3::ZERO))),
+        ("huge sphere", of_mesh(&lat_long(24, 12).placed(1e18, DVec3::ZERO))),
     ] {
         all_agree(name, &world, &aimed(&world, 40 * factor, 7));
     }
@@ -128,18 +135,13 @@ fn aimed_packets_are_answered_like_the_full_scan() {
 
 #[test]
 fn packets_that_end_in_one_point_are_answered_like_the_full_scan() {
-    let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
-    let mesh = |mesh: flatray::measure::stress::mesh::Mesh| {
-        let mut world = World::default();
-        world.add_mesh(mesh.input()).unwrap();
-        world
-    };
+    let factor = factor();
     for (name, world) in [
         ("beams", beams()),
-        ("sphere", mesh(lat_long(24, 12))),
-        ("block far off", mesh(bumpy_block(6).placed(1.0, DVec3::new(148_376.0, 1234.0, -223_423.0)))),
-        ("tiny sphere", mesh(lat_long(24, 12).placed(1e-12, DVec3::ZERO))),
-        ("huge sphere", mesh(lat_long(24, 12).placed(1e18, DVec3::ZERO))),
+        ("sphere", of_mesh(&lat_long(24, 12))),
+        ("block far off", of_mesh(&bumpy_block(6).placed(1.0, DVec3::new(148_376.0, 1234.0, -223_423.0)))),
+        ("tiny sphere", of_mesh(&lat_long(24, 12).placed(1e-12, DVec3::ZERO))),
+        ("huge sphere", of_mesh(&lat_long(24, 12).placed(1e18, DVec3::ZERO))),
     ] {
         let rays = aimed(&world, 40 * factor, 13);
         all_agree(name, &world, &turned(&rays, |p| p));
@@ -172,8 +174,7 @@ fn packets_that_end_in_one_point_are_answered_like_the_full_scan() {
 
 #[test]
 fn rays_that_hit_nothing_do_not_disturb_their_packet() {
-    let mut world = World::default();
-    world.add_mesh(bumpy_block(6).input()).unwrap();
+    let world = of_mesh(&bumpy_block(6));
     let mut rays = aimed(&world, 40, 11);
     for (packet, rays) in rays.chunks_mut(16).enumerate() {
         let ray = &mut rays[packet * 7 % 16];
@@ -325,7 +326,7 @@ fn aimed_at_placements(world: &World, n: u64, seed: u64) -> Vec<Ray> {
 
 #[test]
 fn placements_are_answered_like_the_full_scan() {
-    let factor: u64 = std::env::var("FLATRAY_TEST_FACTOR").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let factor = factor();
     for (spread, seed) in [(3.0, 1), (1e6, 2), (1e-6, 3)] {
         let world = placements(10, spread, seed);
         let rays = aimed_at_placements(&world, 200 * factor, seed);

@@ -38,21 +38,15 @@ impl Scale {
     }
 
     /// A point in the scaled scene.
-    #[inline]
-    pub fn point(&self, p: Vec3) -> Vec3 {
-        self.factor * p
-    }
-
-    /// A point in the scaled scene.
     #[inline(always)]
-    pub fn vector(&self, p: Vec3A) -> Vec3A {
+    pub fn point(&self, p: Vec3A) -> Vec3A {
         self.factor * p
     }
 
     /// A box in the scaled scene.
     #[inline]
     pub fn scaled(&self, bounds: &Bounds) -> Bounds {
-        Bounds { lo: self.point(bounds.lo), hi: self.point(bounds.hi) }
+        Bounds { lo: self.factor * bounds.lo, hi: self.factor * bounds.hi }
     }
 
     /// The centre of a box, in the cube around the scene as the unit cube.
@@ -71,7 +65,7 @@ impl Scale {
     /// The same of the box between two corners.
     #[inline(always)]
     pub fn half_area_between(&self, lo: Vec3A, hi: Vec3A) -> f32 {
-        let e = self.vector(hi) - self.vector(lo) + EDGE;
+        let e = self.point(hi) - self.point(lo) + EDGE;
         e.x * (e.y + e.z) + e.y * e.z
     }
 }

@@ -11,9 +11,9 @@
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
@@ -90,8 +90,11 @@ fn aabb(cluster: &Cluster, scale: &Scale) -> Aabb {
 fn bvh2_of(root: &Branch, scale: &Scale) -> (Bvh2, Vec<Cluster>) {
     let mut clusters = Vec::new();
     let mut nodes = vec![Bvh2Node::default()];
-    let mut stack = vec![(root, 0)];
-    while let Some((branch, place)) = stack.pop() {
+    // obvhs makes room for its own search by the depth.
+    let mut max_depth = DEFAULT_MAX_STACK_DEPTH;
+    let mut stack = vec![(root, 0, 1)];
+    while let Some((branch, place, depth)) = stack.pop() {
+        max_depth = max_depth.max(depth);
         nodes[place] = match branch {
             Branch::Leaf(cluster) => {
                 clusters.push(*cluster);
@@ -100,7 +103,7 @@ fn bvh2_of(root: &Branch, scale: &Scale) -> (Bvh2, Vec<Cluster>) {
             Branch::Inner(children) => {
                 let first = nodes.len();
                 nodes.resize(first + 2, Bvh2Node::default());
-                stack.extend([(&children[1], first + 1), (&children[0], first)]);
+                stack.extend([(&children[1], first + 1, depth + 1), (&children[0], first, depth + 1)]);
                 Bvh2Node::new(Aabb::empty(), 0, first as u32)
             }
         };
@@ -115,7 +118,7 @@ fn bvh2_of(root: &Branch, scale: &Scale) -> (Bvh2, Vec<Cluster>) {
         nodes[place].set_aabb(around);
     }
     let primitive_indices = (0..clusters.len() as u32).collect();
-    (Bvh2 { nodes, primitive_indices, ..Bvh2::default() }, clusters)
+    (Bvh2 { nodes, primitive_indices, max_depth, ..Bvh2::default() }, clusters)
 }
 
 fn reinsert(bvh: &mut Bvh2, shares: &[f32]) {

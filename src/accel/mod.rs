@@ -21,6 +21,7 @@ mod list;
 mod morton;
 mod order;
 mod packet;
+mod piece;
 mod query;
 mod ready;
 mod single;

@@ -8,7 +8,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::spatial::CLIP_ERROR;
+use super::piece::{Piece, clip_error};
 use super::wide::{Entry, MAX_LEAF, Tag, WideNode, WideTree};
 use super::{join, morton};
 use crate::world::{Bounds, PrimRef, World};
@@ -84,32 +84,13 @@ fn slices_of(world: &World, leaf: &[PrimRef]) -> [Option<Bounds>; N_SLICES] {
     for prim in leaf {
         clip(&mut pieces, world.triangles.corners(prim.row()), axis, &planes);
     }
-    pieces.map(|Piece { lo, hi }| {
-        // A piece at the edge of the range of f32 keeps the whole box.
-        (lo.x <= hi.x).then(|| Bounds::around(lo, hi).unwrap_or(whole))
-    })
-}
-
-/// A box around what lies in a slice.
-#[derive(Clone, Copy, Debug)]
-struct Piece {
-    lo: DVec3,
-    hi: DVec3,
-}
-
-impl Piece {
-    const EMPTY: Piece = Piece { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
-
-    fn include(&mut self, p: DVec3, error: f64) {
-        self.lo = self.lo.min(p - error);
-        self.hi = self.hi.max(p + error);
-    }
+    pieces.map(|piece| piece.bounds(whole))
 }
 
 /// Adds to each piece the part of a triangle between two planes across an axis, widened by the rounding of the clipping.
 fn clip(pieces: &mut [Piece; N_SLICES], corners: [Vec3; 3], axis: usize, planes: &[f64; N_SLICES + 1]) {
     let corners = corners.map(|corner| corner.as_dvec3());
-    let error = CLIP_ERROR * corners.iter().fold(0.0, |largest: f64, corner| largest.max(corner.abs().max_element()));
+    let error = clip_error(&corners);
     for i in 0..3 {
         let (a, b) = (corners[i], corners[(i + 1) % 3]);
         for (piece, slice) in pieces.iter_mut().zip(planes.windows(2)) {

@@ -25,8 +25,6 @@ use super::duplicate::{Cluster, Groups};
 use crate::world::{Bounds, World};
 use divide::Divider;
 
-pub use cut::CLIP_ERROR;
-
 /// A subtree.
 pub enum Branch {
     /// A cluster, or a part of one.
@@ -104,12 +102,12 @@ struct Part {
 impl Part {
     fn of(cluster: &Cluster) -> Part {
         let Cluster { bounds, first, n_items } = *cluster;
-        Part { space: Space { lo: bounds.lo.into(), hi: bounds.hi.into() }, first, n_items }
+        Part { space: Space::of(&bounds), first, n_items }
     }
 
     fn cluster(&self) -> Cluster {
         let Part { space, first, n_items } = *self;
-        Cluster { bounds: Bounds { lo: space.lo.into(), hi: space.hi.into() }, first, n_items }
+        Cluster { bounds: space.bounds(), first, n_items }
     }
 }
 
@@ -123,6 +121,15 @@ struct Space {
 impl Space {
     /// Empty, and nothing to a union.
     const NONE: Space = Space { lo: Vec3A::INFINITY, hi: Vec3A::NEG_INFINITY };
+
+    fn of(bounds: &Bounds) -> Space {
+        Space { lo: bounds.lo.into(), hi: bounds.hi.into() }
+    }
+
+    /// It as a box; it must not be empty.
+    fn bounds(&self) -> Bounds {
+        Bounds { lo: self.lo.into(), hi: self.hi.into() }
+    }
 
     #[inline(always)]
     fn point(p: Vec3A) -> Space {

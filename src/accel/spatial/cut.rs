@@ -1,13 +1,9 @@
 //! What lies on either side of a plane: boxes that the tree is made of, so that nothing of a triangle may lie outside.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use super::Space;
-use crate::numeric::U;
-use crate::world::Bounds;
-
-/// Rounding of a point where an edge meets a plane, in shares of the largest coordinate (`docs/NUMERICS.md`, "Boxes of pieces").
-pub const CLIP_ERROR: f64 = 20.0 * U;
+use crate::accel::piece::{Piece, clip_error};
 
 /// Boxes, inside of the one given, around what of a triangle lies in it on either side of a plane; empty where nothing does.
 ///
@@ -15,63 +11,34 @@ pub const CLIP_ERROR: f64 = 20.0 * U;
 pub fn cut(corners: [Vec3; 3], within: Space, axis: usize, at: f32) -> [Space; 2] {
     let corners = corners.map(|corner| corner.as_dvec3());
     let plane = f64::from(at);
-    let (mut low, mut high) = (Piece::NONE, Piece::NONE);
-    let mut largest = 0.0_f64;
+    let error = clip_error(&corners);
+    let (mut low, mut high) = (Piece::EMPTY, Piece::EMPTY);
     for i in 0..3 {
         let (a, b) = (corners[i], corners[(i + 1) % 3]);
-        largest = largest.max(a.abs().max_element());
         let (at_a, at_b) = (a[axis] - plane, b[axis] - plane);
         if at_a <= 0.0 {
-            low.include(a);
+            low.include(a, error);
         }
         if at_a >= 0.0 {
-            high.include(a);
+            high.include(a, error);
         }
         if at_a * at_b < 0.0 {
             let crossing = a + (b - a) * (at_a / (at_a - at_b));
-            low.include(crossing);
-            high.include(crossing);
+            low.include(crossing, error);
+            high.include(crossing, error);
         }
     }
-    let error = CLIP_ERROR * largest;
+    let whole = within.bounds();
+    let inside = |piece: &Piece| piece.bounds(whole).map_or(Space::NONE, |b| Space::of(&b).common(within));
     // The plane is a number of f32, so that it bounds both sides as it is.
-    [
-        low.space(error, within).between(axis, f32::NEG_INFINITY, at),
-        high.space(error, within).between(axis, at, f32::INFINITY),
-    ]
-}
-
-/// A box around points.
-struct Piece {
-    lo: DVec3,
-    hi: DVec3,
-}
-
-impl Piece {
-    const NONE: Piece = Piece { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
-
-    fn include(&mut self, p: DVec3) {
-        self.lo = self.lo.min(p);
-        self.hi = self.hi.max(p);
-    }
-
-    /// The part of it, made larger by an error, that lies in a box.
-    fn space(&self, error: f64, within: Space) -> Space {
-        if self.lo.x > self.hi.x {
-            return Space::NONE;
-        }
-        match Bounds::around(self.lo - error, self.hi + error) {
-            Some(b) => Space { lo: b.lo.into(), hi: b.hi.into() }.common(within),
-            // At the edge of the range of f32.
-            None => within,
-        }
-    }
+    [inside(&low).between(axis, f32::NEG_INFINITY, at), inside(&high).between(axis, at, f32::INFINITY)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::measure::generate::hash_unit;
+    use glam::DVec3;
 
     fn around(corners: [Vec3; 3]) -> Space {
         corners.iter().fold(Space::NONE, |space, &corner| space.union(Space::point(corner.into())))
@@ -121,8 +88,9 @@ mod tests {
         let corners = [Vec3::ZERO, Vec3::new(4.0, 4.0, 0.0), Vec3::new(4.0, 4.0, 1.0)];
         let [low, high] = cut(corners, around(corners), 0, 1.0);
         assert_eq!((low.lo.x, low.hi.x, high.lo.x, high.hi.x), (0.0, 1.0, 1.0, 4.0));
-        assert!((low.hi.y - 1.0).abs() < 1e-6 && (low.hi.z - 0.25).abs() < 1e-6, "{low:?}");
-        assert!((high.lo.y - 1.0).abs() < 1e-6 && high.hi.z == 1.0, "{high:?}");
+        // The error of clipping is far below the rounding to f32, outwards by a unit in the last place.
+        assert_eq!((low.hi.y, low.hi.z), (1.0_f32.next_up(), 0.25_f32.next_up()), "{low:?}");
+        assert_eq!((high.lo.y, high.hi.z), (1.0_f32.next_down(), 1.0), "{high:?}");
     }
 
     #[test]

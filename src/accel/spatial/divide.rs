@@ -81,7 +81,7 @@ impl<'a> Divider<'a> {
     /// Twice the centre of a part, in the scaled scene.
     #[inline(always)]
     fn center(&self, part: &Part) -> Vec3A {
-        self.scale.vector(part.space.lo) + self.scale.vector(part.space.hi)
+        self.scale.point(part.space.lo) + self.scale.point(part.space.hi)
     }
 
     fn shares_much(&self, [low, high]: &[Side; 2], whole: Space) -> bool {
@@ -124,7 +124,7 @@ impl<'a> Divider<'a> {
 
     /// The best plane, if parts could be cut as often as they like.
     fn by_plane<const N: usize>(&self, parts: &[Part], whole: Space) -> Option<(Choice, f32)> {
-        let mut best: Option<(Choice, f32)> = None;
+        let mut best = None;
         for axis in 0..3 {
             let Some(planes) = Planes::<N>::across(whole, axis) else { continue };
             let mut bins = [Bin::NONE; N];
@@ -145,14 +145,10 @@ impl<'a> Divider<'a> {
                     }
                 }
             }
-            let mut choice = best.map(|(choice, _)| choice);
-            sweep(self.scale, &bins, axis, &mut choice);
-            best = match (best, choice) {
-                (Some(best), Some(choice)) if best.0.cost <= choice.cost => Some(best),
-                (_, choice) => choice.map(|choice| (choice, planes.below(choice.bin))),
-            };
+            sweep(self.scale, &bins, axis, &mut best);
         }
-        best
+        let choice = best?;
+        Some((choice, Planes::<N>::across(whole, choice.axis)?.below(choice.bin)))
     }
 
     /// The parts on either side of a plane, cut there as often as there is something to spare; `None` when one side has none.
