@@ -20,28 +20,36 @@ fn of_mesh(mesh: &Mesh) -> World {
     world
 }
 
-fn answers(accel: &Accel, world: &World, rays: &[Ray]) -> (Vec<Hit>, Vec<bool>) {
+/// What so many rays at a time are answered. Packets are tried more seldom where the ones before them in a batch had better not
+/// been: each by itself, all are.
+fn answers(accel: &Accel, world: &World, rays: &[Ray], at_a_time: usize) -> (Vec<Hit>, Vec<bool>) {
     let (mut hits, mut occluded) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-    accel.closest_hit(world, rays, &mut hits);
-    accel.occluded(world, rays, &mut occluded);
+    for (i, rays) in rays.chunks(at_a_time).enumerate() {
+        let range = i * at_a_time..i * at_a_time + rays.len();
+        accel.closest_hit(world, rays, &mut hits[range.clone()]);
+        accel.occluded(world, rays, &mut occluded[range]);
+    }
     (hits, occluded)
 }
 
 /// Compares every way of asking with the full scan.
 fn all_agree(name: &str, world: &World, rays: &[Ray]) {
-    let (scanned, occluded) = answers(&Accel::build(world, AccelKind::Linear), world, rays);
+    let (scanned, occluded) = answers(&Accel::build(world, AccelKind::Linear), world, rays, usize::MAX);
     assert!(occluded.iter().zip(&scanned).all(|(&occluded, hit)| occluded == hit.is_some()), "{name}");
     for preset in Preset::ALL {
         let accel = Accel::build_with(world, AccelKind::Bvh, preset);
         for mode in Mode::ALL {
             for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
                 let accel = accel.clone().with_mode(mode).with_isa(isa);
-                let (hits, any) = answers(&accel, world, rays);
-                for (i, (hit, expected)) in hits.iter().zip(&scanned).enumerate() {
-                    let what = format!("{name}, {preset:?}, {mode:?}, {isa:?}: ray {i}, {:?}", rays[i]);
-                    assert!(hit.same_bits(expected), "{what}: {hit:?}, full scan {expected:?}");
-                    assert_eq!(hit.t_rest.to_bits(), expected.t_rest.to_bits(), "{what}");
-                    assert_eq!(any[i], occluded[i], "{what}");
+                let at_a_time = if mode == Mode::Packet { &[16, usize::MAX][..] } else { &[usize::MAX] };
+                for &at_a_time in at_a_time {
+                    let (hits, any) = answers(&accel, world, rays, at_a_time);
+                    for (i, (hit, expected)) in hits.iter().zip(&scanned).enumerate() {
+                        let what = format!("{name}, {preset:?}, {mode:?}, {isa:?}: ray {i}, {:?}", rays[i]);
+                        assert!(hit.same_bits(expected), "{what}: {hit:?}, full scan {expected:?}");
+                        assert_eq!(hit.t_rest.to_bits(), expected.t_rest.to_bits(), "{what}");
+                        assert_eq!(any[i], occluded[i], "{what}");
+                    }
                 }
             }
         }
@@ -169,6 +177,80 @@ fn packets_that_end_in_one_point_are_answered_like_the_full_scan() {
             }
         }
         all_agree(name, &world, &spoilt);
+    }
+}
+
+/// Spheres that overlap, touch, are equal, and are of any size, among triangles.
+fn spheres(scale: f64, offset: DVec3) -> World {
+    let mut world = of_mesh(&bumpy_block(4).placed(scale, offset));
+    let mut random = Random::new(19, "spheres", 0);
+    let mut add = |at: DVec3, radius: f64| {
+        world.spheres.add(offset + scale * at, scale * radius, MaterialId(0), ObjectId(0));
+    };
+    for i in 0..120 {
+        let at = 2.0 * random.direction();
+        let radius = [0.3, 0.3, 0.01, 1e-6, random.uniform(0.1, 0.5)][i % 5];
+        add(at, radius);
+        match i % 10 {
+            // The same again, one that touches it, and one about it.
+            0 => add(at, radius),
+            1 => add(at + 2.0 * radius * DVec3::X, radius),
+            2 => add(at, radius * (1.0 + 1e-12)),
+            _ => {}
+        }
+    }
+    world
+}
+
+/// Packets from one origin at spheres that lie beside each other: at their silhouettes, through their middles and past them.
+fn aimed_at_spheres(world: &World, n_packets: u64, seed: u64) -> Vec<Ray> {
+    let (tables, bounds) = (&world.spheres, world.bounds().unwrap());
+    let size = bounds.extent().max_element();
+    let mut rays = Vec::new();
+    for packet in 0..n_packets {
+        let mut random = Random::new(seed, "spheres", packet);
+        let first = random.below(tables.len() as u64 - 4) as usize;
+        let sphere = |i: usize| (tables.centers[first + i], tables.radii[first + i]);
+        // From outside, from far, from within one and from its surface.
+        let (center, radius) = sphere(0);
+        let from = random.below(4) as usize;
+        let origin = center + [2.0 * size, 100.0 * size, 0.5 * radius, radius][from] * random.direction();
+        let n_beside = [1, 2, 4][packet as usize % 3];
+        for i in 0..16 {
+            // From far at the same spheres, from near at others.
+            let (center, radius) = sphere(if from < 2 { i % n_beside } else { 1 + i % n_beside % 3 });
+            let along = (center - origin).normalize_or(DVec3::X);
+            let across = along.cross(random.direction()).normalize_or(along.any_orthonormal_vector());
+            // From near only what is about their middles is narrow.
+            let share = if from < 2 { 1.0 } else { [1.0, 0.1, 0.02][packet as usize / 3 % 3] };
+            let at = share * [0.0, 1.0, 1.0 + 1e-12, 0.5, 1.2, -1.0][random.below(6) as usize];
+            // A tangent meets the silhouette in front of the centre.
+            let d2 = (center - origin).length_squared();
+            let on = center - along * (at * at * radius * radius / d2.sqrt());
+            let off = at * radius * (1.0 - (radius * radius / d2).min(1.0)).sqrt();
+            let direction = on + off * across - origin;
+            let t_max = [f64::INFINITY, 1.0, 0.999][random.below(3) as usize];
+            let t_min = [0.0, 0.0, 0.5, 0.9][random.below(4) as usize];
+            rays.push(Ray { origin, direction, t_min, t_max });
+        }
+    }
+    rays
+}
+
+#[test]
+fn packets_at_spheres_are_answered_like_the_full_scan() {
+    let factor = factor();
+    for (name, world) in [
+        ("spheres", spheres(1.0, DVec3::ZERO)),
+        ("spheres far off", spheres(1.0, DVec3::new(148_376.0, 1234.0, -223_423.0))),
+        ("tiny spheres", spheres(1e-12, DVec3::ZERO)),
+        ("huge spheres", spheres(1e18, DVec3::ZERO)),
+    ] {
+        let rays = aimed_at_spheres(&world, 120 * factor, 23);
+        all_agree(name, &world, &rays);
+        all_agree(name, &world, &turned(&rays, |p| p));
+        all_agree(name, &world, &turned(&rays, |p| p.as_vec3().as_dvec3()));
+        all_agree(name, &world, &aimed(&world, 20 * factor, 29));
     }
 }
 
@@ -331,7 +413,7 @@ fn placements_are_answered_like_the_full_scan() {
         let world = placements(10, spread, seed);
         let rays = aimed_at_placements(&world, 200 * factor, seed);
         let accel = Accel::build(&world, AccelKind::Bvh);
-        let (hits, _) = answers(&accel, &world, &rays);
+        let (hits, _) = answers(&accel, &world, &rays, usize::MAX);
         let n_placed = hits.iter().filter(|hit| hit.instance.row().is_some()).count();
         assert!(n_placed > rays.len() / 4, "{n_placed} of {} rays hit a placement", rays.len());
         all_agree("placements", &world, &rays);

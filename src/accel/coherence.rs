@@ -129,10 +129,10 @@ struct Interval {
 }
 
 /// Four rays at a time.
-type Fours<S> = [FourRays<<S as Simd>::F64>; N_FOURS];
+pub type Fours<S> = [FourRays<<S as Simd>::F64>; N_FOURS];
 
 /// Fours in a packet.
-const N_FOURS: usize = N_RAYS / WIDTH64;
+pub const N_FOURS: usize = N_RAYS / WIDTH64;
 
 impl<S: Simd> Bundle<S> {
     /// Rays as they are; `None` unless all start where the first does and are ordinary and tame.
@@ -193,8 +193,9 @@ fn is_near(p: DVec3, q: DVec3, first: &Ray) -> bool {
     (p - q).abs().max_element() <= FARTHEST_OFF * first.direction.abs().max_element()
 }
 
+/// The rays of a packet, four at a time.
 #[inline(always)]
-fn fours<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Fours<S> {
+pub fn fours<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Fours<S> {
     let mut fours = [FourRays::new(simd, [rays[0].numbers(); WIDTH64]); N_FOURS];
     for (four, of) in fours.iter_mut().zip(rays.chunks_exact(WIDTH64)) {
         *four = FourRays::new(simd, [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()]);

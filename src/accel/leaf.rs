@@ -1,6 +1,6 @@
 //! Tests of whole leaves: one `match` over the kind, then lanes.
 
-mod sphere;
+pub mod sphere;
 
 use glam::Vec3;
 

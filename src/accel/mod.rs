@@ -217,10 +217,10 @@ impl Accel {
         self.isa.dispatch(Asked::<Any>::new(self, world, rays, occluded));
     }
 
-    /// Whether rays can be packed: packets know triangles alone.
+    /// Whether rays can be packed: packets know triangles and spheres.
     fn has_packets(&self) -> bool {
         let tree = &self.tree;
-        self.kind == AccelKind::Bvh && self.unbounded.is_empty() && tree.sphere_rows.is_empty() && tree.prims.is_empty()
+        self.kind == AccelKind::Bvh && self.unbounded.is_empty() && tree.prims.is_empty()
     }
 
     /// Whether neighbours among rays that start or end in one point are walked together: then they had better be neighbours.

@@ -1,21 +1,21 @@
-//! Sixteen rays of one origin together: boxes are tested once for all of them, and a triangle of a leaf against all of them
-//! at once.
+//! Sixteen rays of one origin together: boxes are tested once for all of them, and a triangle or a sphere of a leaf against all
+//! of them at once.
 //!
 //! Neighbouring camera rays are such packets, and so are shadow rays, which end in one light and are walked from there. What
 //! else a batch has is left for [`stream`](super::stream).
 
+mod meet;
+mod sphere;
+mod triangle;
+
 use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
 use super::order::{Item, Limit};
-use super::query::{Any, Asked, Closest, Query};
+use super::query::{Asked, Query};
 use super::single::{Mailboxes, Stack};
 use super::walk::Pending;
-use super::wide::{N_COORDINATES, Tag, WideTree};
-use crate::numeric::four::FourRays;
-use crate::numeric::lane::LaneEdges;
-use crate::numeric::rounding::{f32_at_least, f32_at_most};
-use crate::numeric::triangle;
-use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, WIDTH64, set_bits};
-use crate::world::{Hit, Ray};
+use super::wide::WideTree;
+use crate::simd::{F32Lanes, Simd, WIDTH};
+use crate::world::Ray;
 
 /// What the rays of a packet have found so far.
 pub struct Found<'a, A> {
@@ -25,7 +25,7 @@ pub struct Found<'a, A> {
     t_max: Column,
     /// Lower bounds of the closest parameters.
     t_low: Column,
-    /// Bit per ray whose best hit is a triangle that is still to be described: which one.
+    /// Bit per ray whose best hit is a triangle or a sphere that is still to be described: which one.
     is_pending: u32,
     pending: [Pending; N_RAYS],
 }
@@ -35,24 +35,28 @@ pub trait PacketQuery: Query {
     /// Leaves that a packet may test; with more of them its rays had better gone alone (`docs/BENCHMARKS.md`).
     const MANY_LEAVES: usize;
 
-    /// Takes what eight rays of a packet have found of a triangle: rays that may hit it, of these the ones that certainly do,
-    /// and the intervals that their parameters lie in.
+    /// Takes what eight rays of a packet have found of a primitive.
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Self::Answer>, meeting: &Meeting<S::F32>);
 }
 
-/// Eight rays and a triangle.
+/// Eight rays and a triangle or a sphere.
 pub struct Meeting<F: F32Lanes> {
     /// Which eight rays.
     lanes: usize,
-    /// The triangle.
-    triangle: Pending,
-    /// Rays that may hit it.
-    open: F::Mask,
-    /// Rays that certainly do.
-    certain: F::Mask,
+    /// The primitive.
+    candidate: Pending,
+    /// Rays that may hit it, one bit each.
+    open: u32,
+    /// Those of them that certainly do.
+    certain: u32,
+    /// Where, at least.
     t_low: F,
+    /// And at most; ∞ for a ray that does not certainly hit it.
     t_high: F,
 }
+
+/// The `t_max` of a ray that is answered: nothing lies in front of it.
+const DONE: f32 = f32::NEG_INFINITY;
 
 /// Answers the packets of a batch; the places of all other rays come back.
 #[inline(always)]
@@ -148,6 +152,7 @@ fn traverse<S: Simd, Q: PacketQuery>(
         return n_leaves;
     }
     stack.begin();
+    let mut seen_by_spheres = None;
     let mut farthest = found.farthest();
     let (slab, octant) = (packet.slab.lanes(simd), packet.slab.octant);
     let mut item = Item::ROOT;
@@ -163,7 +168,16 @@ fn traverse<S: Simd, Q: PacketQuery>(
             if n_leaves > Q::MANY_LEAVES {
                 return n_leaves;
             }
-            if test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag) {
+            let any_met = if tag.is_triangles() {
+                triangle::test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag)
+            } else {
+                if seen_by_spheres.is_none() {
+                    seen_by_spheres = Some(sphere::rays(simd, found.rays));
+                }
+                let Some(rays) = &seen_by_spheres else { return n_leaves };
+                sphere::test_leaf::<S, Q>(simd, tree, (&slab, octant), rays, found, item.child(), tag)
+            };
+            if any_met {
                 farthest = found.farthest();
                 if farthest < 0.0 {
                     return n_leaves;
@@ -172,157 +186,6 @@ fn traverse<S: Simd, Q: PacketQuery>(
         }
         let Some(next) = stack.pop(Limit::at(farthest)) else { return n_leaves };
         item = next;
-    }
-}
-
-/// Tests a leaf of triangles; whether any ray may have met one.
-#[inline(always)]
-fn test_leaf<S: Simd, Q: PacketQuery>(
-    simd: S,
-    tree: &WideTree,
-    packet: &Packet,
-    found: &mut Found<Q::Answer>,
-    first: u32,
-    tag: Tag,
-) -> bool {
-    let n_prims = tag.n_prims();
-    let seen = packet.shear.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
-    let all = (1 << n_prims) - 1;
-    let open = [packet.spans[0].open(simd, &seen) & all, packet.spans[1].open(simd, &seen) & all];
-    if open == [0; N_LANES] {
-        return false;
-    }
-    let mut any = false;
-    let columns = seen.columns();
-    for (lanes, triangles) in open.into_iter().enumerate() {
-        let (dx, dy) = (simd.load(&packet.dx[lanes]), simd.load(&packet.dy[lanes]));
-        for lane in set_bits(triangles) {
-            let edges: LaneEdges<S::F32> = columns.edges(simd, lane, dx, dy);
-            let open = edges.open();
-            if open.bits() == 0 {
-                continue;
-            }
-            let (t_low, t_high) = edges.t_ranges(simd, simd.load(&packet.reciprocal[lanes]), simd.splat(packet.slack));
-            let [min_above, min_below] = &packet.t_min;
-            let outside = simd.load(&found.t_max[lanes]).lt(t_low) | t_high.lt(simd.load(&min_below[lanes]));
-            let open = open & !outside;
-            if open.bits() == 0 {
-                continue;
-            }
-            let within = simd.load(&min_above[lanes]).lt(t_low) & t_high.lt(simd.load(&packet.t_max[1][lanes]));
-            let certain = open & edges.certain() & within;
-            let triangle = Pending { first, tag, lane: lane as u8 };
-            Q::meet(simd, tree, found, &Meeting { lanes, triangle, open, certain, t_low, t_high });
-            any = true;
-        }
-    }
-    any
-}
-
-impl PacketQuery for Closest {
-    const MANY_LEAVES: usize = 32;
-
-    #[inline(always)]
-    fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, meeting: &Meeting<S::F32>) {
-        let &Meeting { lanes, triangle, open, certain, t_low, t_high } = meeting;
-        let (best_low, best_high) = (simd.load(&found.t_low[lanes]), simd.load(&found.t_max[lanes]));
-        let closer = certain & t_high.lt(best_low);
-        found.t_low[lanes] = t_low.select(closer, best_low).to_array();
-        found.t_max[lanes] = t_high.select(closer, best_high).to_array();
-        let closer = closer.bits();
-        found.is_pending |= closer << (lanes * WIDTH);
-        for lane in set_bits(closer) {
-            found.pending[lanes * WIDTH + lane] = triangle;
-        }
-        for lane in set_bits(open.bits() & !closer) {
-            simd.apart(ClosestByOne { tree, found, i: lanes * WIDTH + lane, triangle });
-        }
-    }
-}
-
-impl PacketQuery for Any {
-    const MANY_LEAVES: usize = 8;
-
-    #[inline(always)]
-    fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
-        let &Meeting { lanes, triangle, open, certain, .. } = meeting;
-        let mut hits = certain.bits();
-        let uncertain = open.bits() & !hits;
-        if uncertain != 0 {
-            simd.apart(AnyByOne { tree, rays: found.rays, lanes, triangle, uncertain, hits: &mut hits });
-        }
-        for lane in set_bits(hits) {
-            found.answers[lanes * WIDTH + lane] = true;
-            found.t_max[lanes][lane] = DONE;
-        }
-    }
-}
-
-/// The `t_max` of a ray that is answered: nothing lies in front of it.
-const DONE: f32 = f32::NEG_INFINITY;
-
-/// Which of eight rays have a triangle in their interval, where f32 is not certain.
-struct AnyByOne<'a> {
-    tree: &'a WideTree,
-    rays: &'a [Ray; N_RAYS],
-    /// Which eight.
-    lanes: usize,
-    triangle: Pending,
-    /// Those that are asked for, one bit each.
-    uncertain: u32,
-    /// Those that hit.
-    hits: &'a mut u32,
-}
-
-impl Batch for AnyByOne<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let corners = self.triangle.corners(self.tree);
-        let rays = &self.rays[self.lanes * WIDTH..][..WIDTH];
-        // Most have just left the triangle, which f64 knows of several at once. Rays of packets are tame.
-        let mut left = self.uncertain;
-        for (i, of) in rays.chunks_exact(WIDTH64).enumerate() {
-            let numbers = [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()];
-            let four = FourRays::new(simd, numbers);
-            left &= !(triangle::is_behind(four.origin, four.direction, corners).bits() << (i * WIDTH64));
-        }
-        for lane in set_bits(left) {
-            if rays[lane].prepare_with(simd).is_some_and(|ray| triangle::occludes(&ray, corners)) {
-                *self.hits |= 1 << lane;
-            }
-        }
-    }
-}
-
-/// Compares a triangle with the best hit of a ray, where intervals are not enough.
-struct ClosestByOne<'a, 'b> {
-    tree: &'a WideTree,
-    found: &'a mut Found<'b, Hit>,
-    i: usize,
-    triangle: Pending,
-}
-
-impl Batch for ClosestByOne<'_, '_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let ClosestByOne { tree, found, i, triangle } = self;
-        // A triangle that was cut stands in several leaves.
-        if found.is_pending >> i & 1 == 1 && found.pending[i].row(tree) == triangle.row(tree) {
-            return;
-        }
-        let Some(ray) = found.rays[i].prepare_with(simd) else { return };
-        if found.is_pending >> i & 1 == 1 {
-            found.is_pending &= !(1 << i);
-            // A triangle is only pending when it is certainly hit.
-            let best = found.pending[i].intersect(tree, &ray);
-            debug_assert!(best.is_some());
-            found.keep(i, best.unwrap_or(Hit::MISS));
-        }
-        if let Some(hit) = triangle.intersect(tree, &ray)
-            && hit.is_before(&found.answers[i])
-        {
-            found.keep(i, hit);
-        }
     }
 }
 
@@ -344,14 +207,6 @@ impl<A> Found<'_, A> {
             }
         }
         farthest[0]
-    }
-}
-
-impl Found<'_, Hit> {
-    fn keep(&mut self, i: usize, hit: Hit) {
-        self.answers[i] = hit;
-        self.t_low[i / WIDTH][i % WIDTH] = f32_at_most(hit.t);
-        self.t_max[i / WIDTH][i % WIDTH] = f32_at_least(hit.t);
     }
 }
 

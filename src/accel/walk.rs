@@ -98,6 +98,16 @@ impl Pending {
         let at = sphere::intersect(ray, center, radius)?;
         Some(Hit::of_surface(at, PrimKind::Sphere, self.row(tree)))
     }
+
+    /// Whether a ray hits it, by itself.
+    #[inline(always)]
+    pub fn occludes(self, tree: &WideTree, ray: &PreparedRay) -> bool {
+        if self.tag.is_triangles() {
+            return triangle::occludes(ray, self.corners(tree));
+        }
+        let (center, radius) = self.sphere(tree);
+        sphere::intersect(ray, center, radius).is_some()
+    }
 }
 
 impl Walk {

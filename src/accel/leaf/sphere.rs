@@ -5,7 +5,7 @@ use super::super::wide::{Tag, WideTree};
 use super::take;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::sphere;
-use crate::numeric::sphere_lanes::{N_COLUMNS, SphereLanes, see};
+use crate::numeric::sphere_lanes::{N_COLUMNS, SphereLanes, SphereRays, see};
 use crate::simd::{Batch, F64Lanes, Simd, WIDTH64, set_bits};
 
 /// Tests a leaf for the closest hit.
@@ -45,10 +45,9 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag)
     false
 }
 
-/// Sees up to four spheres of a leaf, from `start` on.
+/// Columns of up to four spheres of a leaf, from `start` on; behind the last are other numbers.
 #[inline(always)]
-fn four<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, start: usize) -> SphereLanes<S::F64> {
-    let n_prims = tag.n_prims();
+pub fn columns<S: Simd>(simd: S, tree: &WideTree, first: u32, n_prims: usize, start: usize) -> [S::F64; N_COLUMNS] {
     let (mut columns, mut at) = ([simd.splat64(0.0); N_COLUMNS], N_COLUMNS * first as usize + start);
     for column in &mut columns {
         // As many zeros stand behind the last column as lanes may read there.
@@ -57,9 +56,22 @@ fn four<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, st
         }
         at += n_prims;
     }
-    let seen = see(simd, &walk.prepared(), columns);
-    let n_left = (n_prims - start).min(WIDTH64);
-    SphereLanes { open: seen.open & ((1 << n_left) - 1), ..seen }
+    columns
+}
+
+/// Sees up to four spheres of a leaf, from `start` on.
+#[inline(always)]
+fn four<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, start: usize) -> SphereLanes<S::F64> {
+    let n_prims = tag.n_prims();
+    let columns = columns(simd, tree, first, n_prims, start);
+    let within = (1 << (n_prims - start).min(WIDTH64)) - 1;
+    if !walk.tame {
+        // Products may lose more than the bounds allow for.
+        let endless = simd.splat64(f64::INFINITY);
+        return SphereLanes { open: within, certain: 0, t_low: -endless, t_high: endless };
+    }
+    let seen = see(simd, &SphereRays::one(simd, &walk.prepared()), columns);
+    SphereLanes { open: seen.open & within, certain: seen.certain & within, ..seen }
 }
 
 /// The spheres that f64 left open.
