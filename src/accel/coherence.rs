@@ -139,12 +139,14 @@ impl<S: Simd> Bundle<S> {
     #[inline(always)]
     fn onwards(simd: S, rays: &[Ray; N_RAYS]) -> Option<Bundle<S>> {
         let first = &rays[0];
-        let fours = fours(simd, rays);
+        let mut fours = fours(simd, rays);
         let (x, y, z) = (simd.splat64(first.origin.x), simd.splat64(first.origin.y), simd.splat64(first.origin.z));
         let mut sound = 0b1111;
-        for four in &fours {
+        for four in &mut fours {
             let [ox, oy, oz] = four.origin;
-            let same = ox.le(x) & x.le(ox) & oy.le(y) & y.le(oy) & oz.le(z) & z.le(oz);
+            let same = ox.equals(x) & oy.equals(y) & oz.equals(z);
+            // What is to be known of the origin is then asked once.
+            four.origin = [x, y, z];
             sound &= same.bits() & four.ordinary(simd) & four.tame(simd);
         }
         let interval = Interval { t_min: first.t_min, t_max: first.t_max, error: 0.0 };
@@ -219,7 +221,7 @@ fn directions<S: Simd>(simd: S, fours: &Fours<S>) -> (S::F64, S::F64) {
 /// The smallest lane of each of four, or the largest.
 #[inline(always)]
 fn across<S: Simd>(simd: S, of: [S::F64; WIDTH64], largest: bool) -> S::F64 {
-    let [a, b, c, d] = simd.columns64([of[0].to_array(), of[1].to_array(), of[2].to_array(), of[3].to_array()]);
+    let [a, b, c, d] = simd.columns64([&of[0].to_array(), &of[1].to_array(), &of[2].to_array(), &of[3].to_array()]);
     if largest { a.max(b).max(c.max(d)) } else { a.min(b).min(c.min(d)) }
 }
 
@@ -291,9 +293,9 @@ fn middle_and_reach(lo: f32, hi: f32) -> (f32, f32) {
 #[inline(always)]
 fn intervals<S: Simd>(simd: S, first: &Interval, fours: &Fours<S>) -> ([Column; 2], [Column; 2], f32) {
     let (t_min, t_max) = (simd.splat64(first.t_min), simd.splat64(first.t_max));
-    let mut same = t_min.le(t_min);
+    let mut same = t_min.equals(t_min);
     for four in fours {
-        same = same & four.t_min.le(t_min) & t_min.le(four.t_min) & four.t_max.le(t_max) & t_max.le(four.t_max);
+        same = same & four.t_min.equals(t_min) & four.t_max.equals(t_max);
     }
     let (mut t_mins, mut t_maxs) = (both(first.t_min, first.error), both(first.t_max, first.error));
     if same.bits() == 0b1111 {

@@ -47,10 +47,10 @@ const FARTHEST_PER_LENGTH: f64 = (1u128 << 120) as f64;
 impl<F: F64Lanes> FourRays<F> {
     /// The rays of these numbers.
     #[inline(always)]
-    pub fn new<S: Simd<F64 = F>>(simd: S, rays: [RayNumbers; WIDTH64]) -> FourRays<F> {
+    pub fn new<S: Simd<F64 = F>>(simd: S, rays: [&RayNumbers; WIDTH64]) -> FourRays<F> {
         let [a, b, c, d] = rays;
-        let [ox, oy, oz, dx] = simd.columns64([a[0], b[0], c[0], d[0]]);
-        let [dy, dz, t_min, t_max] = simd.columns64([a[1], b[1], c[1], d[1]]);
+        let [ox, oy, oz, dx] = simd.columns64([&a[0], &b[0], &c[0], &d[0]]);
+        let [dy, dz, t_min, t_max] = simd.columns64([&a[1], &b[1], &c[1], &d[1]]);
         let sizes = [dx.abs(), dy.abs(), dz.abs()];
         let is_y = sizes[0].lt(sizes[1]);
         let longest = sizes[1].select(is_y, sizes[0]);
@@ -70,7 +70,7 @@ impl<F: F64Lanes> FourRays<F> {
     /// One ray in all lanes.
     #[inline(always)]
     pub fn same<S: Simd<F64 = F>>(simd: S, ray: &PreparedRay) -> FourRays<F> {
-        FourRays::new(simd, [ray.numbers(); WIDTH64])
+        FourRays::new(simd, [&ray.numbers(); WIDTH64])
     }
 
     /// Makes them others along the same axes, in either direction.
@@ -191,7 +191,7 @@ mod tests {
         for (lane, bad) in (0..WIDTH64).cycle().zip(bad) {
             let mut rays = [good; WIDTH64];
             rays[lane] = bad;
-            let ordinary = FourRays::new(Portable, rays).ordinary(Portable);
+            let ordinary = FourRays::new(Portable, rays.each_ref()).ordinary(Portable);
             assert_eq!(ordinary, 0b1111 & !(1 << lane), "{bad:?}");
         }
     }

@@ -169,7 +169,8 @@ mod tests {
                         self.judge(ray, row(lane), &seen, lane);
                     }
                 }
-                let rays = FourRays::new(simd, [four[0], four[1], four[2], four[3]].map(|ray| ray.numbers()));
+                let rays =
+                    FourRays::new(simd, [four[0], four[1], four[2], four[3]].map(|ray| ray.numbers()).each_ref());
                 let rays = SphereRays::four(simd, &rays);
                 for sphere in 0..WIDTH64 {
                     let seen = see(simd, &rays, row(sphere).map(|x| simd.splat64(x)));

@@ -133,9 +133,9 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [F64x4; WIDTH64] {
+    fn columns64(self, rows: [&[f64; WIDTH64]; WIDTH64]) -> [F64x4; WIDTH64] {
         let [F64x4(a), F64x4(b), F64x4(c), F64x4(d)] =
-            [self.load64(&rows[0]), self.load64(&rows[1]), self.load64(&rows[2]), self.load64(&rows[3])];
+            [self.load64(rows[0]), self.load64(rows[1]), self.load64(rows[2]), self.load64(rows[3])];
         // SAFETY: AVX2 is there, and the intrinsics take values only.
         unsafe {
             let (ab_even, ab_odd) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
@@ -368,6 +368,10 @@ impl F64Lanes for F64x4 {
     #[inline(always)]
     fn le(self, other: F64x4) -> Mask64 {
         Mask64(intrinsic!(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn equals(self, other: F64x4) -> Mask64 {
+        Mask64(intrinsic!(_mm256_cmp_pd::<_CMP_EQ_OQ>(self.0, other.0)))
     }
     #[inline(always)]
     fn to_array(self) -> [f64; WIDTH64] {

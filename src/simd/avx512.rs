@@ -64,7 +64,7 @@ impl Simd for Avx512 {
         self.0.load64(from)
     }
     #[inline(always)]
-    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [F64x4; WIDTH64] {
+    fn columns64(self, rows: [&[f64; WIDTH64]; WIDTH64]) -> [F64x4; WIDTH64] {
         self.0.columns64(rows)
     }
     #[inline(always)]

@@ -73,7 +73,7 @@ pub trait Simd: Copy {
     fn load64(self, from: &[f64; WIDTH64]) -> Self::F64;
 
     /// The columns of four rows.
-    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [Self::F64; WIDTH64];
+    fn columns64(self, rows: [&[f64; WIDTH64]; WIDTH64]) -> [Self::F64; WIDTH64];
 
     /// The rows of four columns.
     fn rows32(self, columns: [[f32; WIDTH64]; WIDTH64]) -> [[f32; WIDTH64]; WIDTH64];
@@ -158,6 +158,8 @@ pub trait F64Lanes:
     fn lt(self, other: Self) -> Self::Mask;
     /// `self <= other`.
     fn le(self, other: Self) -> Self::Mask;
+    /// `self == other`.
+    fn equals(self, other: Self) -> Self::Mask;
     /// The lanes; one number stands in all of them.
     fn to_array(self) -> [f64; WIDTH64];
     /// The lanes rounded to the nearest f32.
@@ -261,6 +263,10 @@ impl F64Lanes for f64 {
     #[inline(always)]
     fn le(self, other: f64) -> bool {
         self <= other
+    }
+    #[inline(always)]
+    fn equals(self, other: f64) -> bool {
+        self == other
     }
     #[inline(always)]
     fn to_array(self) -> [f64; WIDTH64] {

@@ -57,7 +57,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn columns64(self, rows: [[f64; WIDTH64]; WIDTH64]) -> [Self::F64; WIDTH64] {
+    fn columns64(self, rows: [&[f64; WIDTH64]; WIDTH64]) -> [Self::F64; WIDTH64] {
         from_fn(|column| Array(from_fn(|row| rows[row][column])))
     }
 
@@ -219,6 +219,10 @@ impl F64Lanes for Array<f64, WIDTH64> {
     #[inline(always)]
     fn le(self, other: Self) -> Self::Mask {
         Array(from_fn(|i| self.0[i] <= other.0[i]))
+    }
+    #[inline(always)]
+    fn equals(self, other: Self) -> Self::Mask {
+        Array(from_fn(|i| self.0[i] == other.0[i]))
     }
     #[inline(always)]
     fn to_array(self) -> [f64; WIDTH64] {

@@ -1,9 +1,10 @@
 //! Rays and hits.
 
+use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::{InstanceId, MaterialId, ObjectId, PrimKind, PrimRef, World};
-use crate::numeric::four::{RayNumbers, ray_numbers};
+use crate::numeric::four::RayNumbers;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::Parameter;
 use crate::numeric::triangle::TriangleHit;
@@ -13,7 +14,8 @@ use crate::simd::Simd;
 ///
 /// The direction need not be of unit length; `t` is in units of the direction's length. A direction of zero or with a
 /// NaN hits nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Ray {
     /// Where the ray starts, in world units.
     pub origin: DVec3,
@@ -52,8 +54,9 @@ impl Ray {
 
     /// The ray as numbers, to be put in lanes.
     #[inline(always)]
-    pub fn numbers(&self) -> RayNumbers {
-        ray_numbers(self.origin, self.direction, self.t_min, self.t_max)
+    pub fn numbers(&self) -> &RayNumbers {
+        // As they lie in memory: copied one by one they would be put into lanes one by one.
+        bytemuck::cast_ref(self)
     }
 
     /// The point at `t`.

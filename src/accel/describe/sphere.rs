@@ -21,7 +21,7 @@ pub fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Un
         let (center, radius) = of.pending.sphere(tree);
         *row = [center.x, center.y, center.z, radius];
     }
-    let [x, y, z, radius] = simd.columns64(rows);
+    let [x, y, z, radius] = simd.columns64(rows.each_ref());
     let [a, b, c] = coefficients(lanes.origin, lanes.direction, [x, y, z], radius);
 
     // The roots are q/a and c/q; which is the larger hangs on the sign of b.
