@@ -4,7 +4,7 @@
 //! ends o + d are rounded, so that the point is only near each of them: the rays have one origin that each is a little off, by no
 //! more than the packet says.
 
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 
 use super::slab::{Apex, SlabRay, Surroundings};
 use crate::numeric::U;
@@ -102,7 +102,7 @@ pub fn packet<S: Simd>(simd: S, rays: &[Ray; N_RAYS], around: &Surroundings, bot
     let slab =
         SlabRay::around(simd, Apex { origin: lanes(simd, apex), off }, sizes, downwards, shortest, lowest, around);
 
-    let origin = DVec3::from_array(axes.map(|axis| apex[axis]));
+    let origin = dvec3(apex[axes[0]], apex[axes[1]], apex[axes[2]]);
     let rounded = origin.as_vec3();
     let residual = f32_at_least((origin - rounded.as_dvec3()).abs().max_element() + off);
     let shear = PacketShear { origin: rounded.to_array(), slope, spread, reach: residual * REACH_PER_RESIDUAL, axis };

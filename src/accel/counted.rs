@@ -223,7 +223,7 @@ fn walk_tree<S: Simd>(
     let (slab, octant) = (walk.slab.lanes(simd), walk.slab.octant);
     let mut item = Item::ROOT;
     loop {
-        if item.tag().n_prims() == 0 {
+        if !item.tag().is_leaf() {
             stack.visits.nodes += 1;
             if let Some(nearest) = stack.open(simd, &tree.nodes, &slab, octant, walk.t_max, item.child()) {
                 item = nearest;

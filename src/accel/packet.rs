@@ -158,7 +158,7 @@ fn traverse<S: Simd, Q: PacketQuery>(
     let mut item = Item::ROOT;
     loop {
         let tag = item.tag();
-        if tag.n_prims() == 0 {
+        if !tag.is_leaf() {
             if let Some(nearest) = stack.open(simd, &tree.nodes, &slab, octant, farthest, item.child()) {
                 item = nearest;
                 continue;

@@ -101,7 +101,7 @@ fn traverse<S: Simd, Q: Query>(
     let mut item = Item::ROOT;
     loop {
         let tag = item.tag();
-        if tag.n_prims() == 0 {
+        if !tag.is_leaf() {
             if let Some(nearest) = stack.open(simd, nodes, &slab, octant, walk.t_max, item.child()) {
                 item = nearest;
                 continue;

@@ -9,7 +9,7 @@ use super::order::{self, Item};
 use super::query::{Asked, Query};
 use super::single::Mailboxes;
 use super::walk::Walk;
-use super::wide::{N_COORDINATES, WideNode, WideTree};
+use super::wide::{N_COORDINATES, N_STATIONS, Tag, WideNode, WideTree};
 use crate::simd::{Simd, WIDTH, set_bits};
 
 /// Rays in flight at most: enough to cover a fetch from memory.
@@ -40,13 +40,9 @@ struct Flight {
     children: [u32; STACK_SIZE + WIDTH],
 }
 
-/// Which flights stand before what, one bit per flight.
+/// Which flights stand before what, by station, one bit per flight. (The last is none.)
 #[derive(Clone, Copy, Default)]
-struct Places {
-    nodes: u32,
-    leaves: u32,
-    ended: u32,
-}
+struct Places([u32; N_STATIONS + 1]);
 
 /// Whether rays of this tree fit in flight: ten million triangles take 11 levels, and deeper trees are rare enough to be
 /// walked ray by ray.
@@ -81,18 +77,19 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
 
     let nodes = tree.nodes.as_slice();
     let mut seen = [Q::Seen::default(); IN_FLIGHT];
-    while at.nodes | at.leaves | at.ended != 0 {
+    while at.any() {
         // Nodes: first all boxes, which takes no branch that could go wrong, then what to do next.
-        for i in set_bits(at.nodes) {
+        let before_nodes = at.take(Tag::AT_NODE);
+        for i in set_bits(before_nodes) {
             flights[i].push_children(simd, nodes);
         }
-        for i in set_bits(std::mem::take(&mut at.nodes)) {
+        for i in set_bits(before_nodes) {
             flights[i].advance::<S, LARGE>(simd, tree, &mut at, i);
         }
 
         // Leaves: first what is seen of triangles, then what follows from it, for the same reason.
-        let mut repeated = 0;
-        for i in set_bits(at.leaves) {
+        let (mut repeated, before_leaves) = (0, at.take(Tag::AT_LEAF));
+        for i in set_bits(before_leaves) {
             let flight = &flights[i];
             let (first, tag) = (flight.item.child(), flight.item.tag());
             repeated |= u32::from(mailboxes.has(flight.item, flight.number)) << i;
@@ -100,7 +97,7 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
                 seen[i] = Q::see(simd, tree, &flight.walk, first, tag);
             }
         }
-        for i in set_bits(std::mem::take(&mut at.leaves)) {
+        for i in set_bits(before_leaves) {
             let flight = &mut flights[i];
             let (first, tag) = (flight.item.child(), flight.item.tag());
             let is_over = if repeated >> i & 1 == 1 {
@@ -117,7 +114,7 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
         }
 
         // Ends, and new rays.
-        for i in set_bits(std::mem::take(&mut at.ended)) {
+        for i in set_bits(at.take(Tag::AT_END)) {
             let flight = &mut flights[i];
             asked.end(&flight.walk, flight.is_over, flight.ray_idx);
             number += 1;
@@ -127,12 +124,23 @@ fn fly<S: Simd, Q: Query, const LARGE: bool>(simd: S, asked: &mut Asked<Q>, n_fl
 }
 
 impl Places {
+    /// Whether any flight stands anywhere.
+    #[inline(always)]
+    fn any(&self) -> bool {
+        self.0[0] | self.0[1] | self.0[2] != 0
+    }
+
+    /// Takes those at a station.
+    #[inline(always)]
+    fn take(&mut self, station: u8) -> u32 {
+        std::mem::take(&mut self.0[usize::from(station)])
+    }
+
     /// Puts a flight where it begins, if there was a ray for it.
     #[inline(always)]
     fn begin(&mut self, i: usize, is_empty: bool, has_begun: bool) {
-        let bit = u32::from(has_begun) << i;
-        self.nodes |= if is_empty { 0 } else { bit };
-        self.ended |= if is_empty { bit } else { 0 };
+        let station = if is_empty { Tag::AT_END } else { Tag::AT_NODE };
+        self.0[usize::from(station)] |= u32::from(has_begun) << i;
     }
 }
 
@@ -182,14 +190,12 @@ impl Flight {
         let item = Item::new(self.keys[n], self.children[n]);
         (self.item, self.n_items) = (item, n);
         let (tag, child) = (item.tag(), item.child() as usize);
-        let (is_leaf, is_end) = (tag.n_prims() > 0, tag.is_end());
         if LARGE {
             // A leaf of another kind asks for memory in vain.
+            let is_leaf = tag.is_leaf();
             let row = if is_leaf { N_COORDINATES * child } else { child };
             simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, row);
         }
-        at.leaves |= u32::from(is_leaf) << i;
-        at.ended |= u32::from(is_end) << i;
-        at.nodes |= u32::from(!(is_leaf | is_end)) << i;
+        at.0[tag.station()] |= 1 << i;
     }
 }

@@ -31,24 +31,41 @@ pub struct WideNode {
 const _: () = assert!(size_of::<WideNode>() == 256);
 
 /// Kind and size of a child: a node, or a leaf of up to eight primitives of one kind.
+///
+/// From the lowest bit on: primitives of a leaf less one (3 bits), whether it is shared, their kind (2 bits), and whether it is a node,
+/// a leaf, or the end of a walk (2 bits).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct Tag(u8);
 
-const SHARED: u8 = 1 << 7;
+const SHARED: u8 = 1 << 3;
+const KIND_SHIFT: u32 = 4;
+const STATION_SHIFT: u32 = 6;
+
+/// Where a ray stands: before a node, before a leaf, or at its end.
+pub const N_STATIONS: usize = 3;
 
 impl Tag {
     /// A node, or an unused slot.
     pub const NODE: Tag = Tag(0);
 
     /// Not a child: what lies at the bottom of a walk.
-    pub const END: Tag = Tag(1 << 6);
+    pub const END: Tag = Tag(Tag::AT_END << STATION_SHIFT);
+
+    /// The station before nodes.
+    pub const AT_NODE: u8 = 0;
+
+    /// The station before leaves.
+    pub const AT_LEAF: u8 = 1;
+
+    /// The station at the end.
+    pub const AT_END: u8 = 2;
 
     /// A leaf of 1 to [`MAX_LEAF`] primitives.
     #[inline]
     pub fn leaf(kind: PrimKind, n_prims: usize) -> Tag {
         debug_assert!((1..=MAX_LEAF).contains(&n_prims));
-        Tag((kind as u8) << 4 | n_prims as u8)
+        Tag(Tag::AT_LEAF << STATION_SHIFT | (kind as u8) << KIND_SHIFT | (n_prims - 1) as u8)
     }
 
     /// The tag of its bits.
@@ -63,10 +80,16 @@ impl Tag {
         self.0
     }
 
-    /// Whether it is [`Tag::END`].
+    /// Where a ray stands that has come to it: a number below 4.
     #[inline]
-    pub fn is_end(self) -> bool {
-        self.0 & Tag::END.0 != 0
+    pub fn station(self) -> usize {
+        usize::from(self.0 >> STATION_SHIFT)
+    }
+
+    /// Whether it is a leaf.
+    #[inline]
+    pub fn is_leaf(self) -> bool {
+        self.station() == usize::from(Tag::AT_LEAF)
     }
 
     /// The same leaf, known to stand in several nodes.
@@ -81,22 +104,22 @@ impl Tag {
         self.0 & SHARED != 0
     }
 
-    /// Primitives of a leaf; 0 for a node.
+    /// Primitives of a leaf.
     #[inline]
     pub fn n_prims(self) -> usize {
-        usize::from(self.0 & 0x0f)
+        usize::from(self.0 & 0b111) + 1
     }
 
     /// Whether it is a leaf of triangles.
     #[inline]
     pub fn is_triangles(self) -> bool {
-        self.0 & 0x30 == (PrimKind::Triangle as u8) << 4
+        self.0 & 0b11 << KIND_SHIFT == (PrimKind::Triangle as u8) << KIND_SHIFT
     }
 
     /// Kind of a leaf.
     #[inline]
     pub fn kind(self) -> PrimKind {
-        match self.0 >> 4 & 3 {
+        match self.0 >> KIND_SHIFT & 0b11 {
             0 => PrimKind::Sphere,
             1 => PrimKind::Quadric,
             2 => PrimKind::Triangle,
