@@ -33,7 +33,7 @@ impl PacketQuery for Closest {
 }
 
 impl PacketQuery for Any {
-    const MANY_LEAVES: usize = 8;
+    const MANY_LEAVES: usize = 24;
 
     #[inline(always)]
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
