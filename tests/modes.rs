@@ -1,5 +1,10 @@
 //! One answer, whatever the mode, the instruction set, the preset or the number of rays in a batch.
 
+/// Building worlds.
+mod world_kit {
+    pub mod quadric;
+}
+
 use flatray::accel::{Accel, AccelKind, Mode, Preset};
 use flatray::measure::generate::terrain;
 use flatray::measure::stress::mesh::{Mesh, bumpy_block, lat_long};
@@ -7,6 +12,7 @@ use flatray::measure::stress::random::Random;
 use flatray::simd::Isa;
 use flatray::world::{Hit, MaterialId, ObjectId, Ray, World};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use world_kit::quadric::quadric;
 
 /// How many times as many rays are asked for.
 fn factor() -> u64 {
@@ -251,6 +257,36 @@ fn packets_at_spheres_are_answered_like_the_full_scan() {
         all_agree(name, &world, &turned(&rays, |p| p));
         all_agree(name, &world, &turned(&rays, |p| p.as_vec3().as_dvec3()));
         all_agree(name, &world, &aimed(&world, 20 * factor, 29));
+    }
+}
+
+/// The same spheres, some of them once more as quadrics, with ellipsoids about others, and with or without a plane beside all.
+fn spheres_and_quadrics(has_plane: bool) -> World {
+    let mut world = spheres(1.0, DVec3::ZERO);
+    for i in (0..world.spheres.len()).step_by(3) {
+        let (c, r) = (world.spheres.centers[i], world.spheres.radii[i]);
+        let squares = [[1.0, 1.0, 1.0], [1.0, 4.0, 1.0], [0.25, 1.0, 1.0]][i % 9 / 3];
+        let s = DVec3::from_array(squares);
+        let matrix = quadric(squares, (-2.0 * s * c).to_array(), (s * c * c).element_sum() - r * r);
+        world.quadrics.add(matrix, MaterialId(0), ObjectId(0));
+    }
+    if has_plane {
+        world.quadrics.add(quadric([0.0; 3], [0.1, 1.0, 0.2], 1.5), MaterialId(0), ObjectId(0));
+    }
+    world
+}
+
+#[test]
+fn packets_at_quadrics_are_answered_like_the_full_scan() {
+    let factor = factor();
+    for has_plane in [false, true] {
+        let world = spheres_and_quadrics(has_plane);
+        let stats = Accel::build(&world, AccelKind::Bvh).stats();
+        assert_eq!(stats.n_unbounded, usize::from(has_plane));
+        let rays = aimed_at_spheres(&world, 60 * factor, 31);
+        all_agree("quadrics", &world, &rays);
+        all_agree("quadrics", &world, &turned(&rays, |p| p));
+        all_agree("quadrics", &world, &aimed(&world, 20 * factor, 37));
     }
 }
 

@@ -217,10 +217,9 @@ impl Accel {
         self.isa.dispatch(Asked::<Any>::new(self, world, rays, occluded));
     }
 
-    /// Whether rays can be packed: packets know triangles and spheres.
+    /// Whether rays can be packed: packets do not know placements.
     fn has_packets(&self) -> bool {
-        let tree = &self.tree;
-        self.kind == AccelKind::Bvh && self.unbounded.is_empty() && tree.prims.is_empty()
+        self.kind == AccelKind::Bvh && !self.has_placements()
     }
 
     /// Whether neighbours among rays that start or end in one point are walked together: then they had better be neighbours.

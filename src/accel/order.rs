@@ -39,6 +39,12 @@ impl Item {
         self.key
     }
 
+    /// No ray meets it before this parameter.
+    #[inline(always)]
+    pub fn t_near(self) -> f32 {
+        f32::from_bits(self.key & !TAG_BITS)
+    }
+
     /// What it is.
     #[inline(always)]
     pub fn tag(self) -> Tag {

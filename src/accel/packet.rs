@@ -5,17 +5,21 @@
 //! else a batch has is left for [`stream`](super::stream).
 
 mod meet;
+mod quadric;
 mod sphere;
 mod triangle;
 
+use quadric::{QuadricQuery, Quadrics};
+
+use super::Accel;
 use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
 use super::order::{Item, Limit};
-use super::query::{Asked, Query};
+use super::query::Asked;
 use super::single::{Mailboxes, Stack};
 use super::walk::Pending;
 use super::wide::WideTree;
 use crate::simd::{F32Lanes, Simd, WIDTH};
-use crate::world::Ray;
+use crate::world::{PrimKind, Ray, World};
 
 /// What the rays of a packet have found so far.
 pub struct Found<'a, A> {
@@ -31,10 +35,7 @@ pub struct Found<'a, A> {
 }
 
 /// A query that packets can ask.
-pub trait PacketQuery: Query {
-    /// Leaves that a packet may test; with more of them its rays had better gone alone (`docs/BENCHMARKS.md`).
-    const MANY_LEAVES: usize;
-
+pub trait PacketQuery: QuadricQuery {
     /// Takes what eight rays of a packet have found of a primitive.
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Self::Answer>, meeting: &Meeting<S::F32>);
 }
@@ -61,10 +62,11 @@ const DONE: f32 = f32::NEG_INFINITY;
 /// Answers the packets of a batch; the places of all other rays come back.
 #[inline(always)]
 pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
-    let tree = &asked.accel.tree;
+    let (accel, world) = (asked.accel, asked.world);
+    let tree = &accel.tree;
     let mut items = vec![0; 2 * tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
-    let around = asked.accel.surroundings();
+    let around = accel.surroundings();
     let mut others = Vec::with_capacity(asked.rays.len());
     let n_rays = asked.rays.len();
     let mut patience = Patience::default();
@@ -91,9 +93,12 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
             is_pending: 0,
             pending: [Pending::NOTHING; N_RAYS],
         };
-        let n_leaves = traverse::<S, Q>(simd, tree, &packet, &mut found, &mut stack);
-        patience.saw(n_leaves, Q::MANY_LEAVES);
-        if n_leaves > Q::MANY_LEAVES {
+        if !accel.unbounded.is_empty() {
+            simd.apart(Quadrics::<Q> { accel, world, found: &mut found, leaf: None, t_near: 0.0 });
+        }
+        let n_leaves = traverse::<S, Q>(simd, (accel, world), &packet, &mut found, &mut stack);
+        patience.saw(n_leaves);
+        if n_leaves > MANY_LEAVES {
             others.extend(first as u32..(first + N_RAYS) as u32);
         } else {
             let Found { is_pending, pending, .. } = found;
@@ -104,6 +109,9 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
     }
     others
 }
+
+/// Leaves that a packet may test; with more of them its rays had better gone alone (`docs/BENCHMARKS.md`).
+const MANY_LEAVES: usize = 32;
 
 /// Packets that are not tried at most, once some had better not been.
 const MOST_LEFT_OUT: usize = 256;
@@ -126,10 +134,10 @@ impl Patience {
         tries
     }
 
-    /// Learns how many leaves a packet has tested, and how many are too many.
-    fn saw(&mut self, n_leaves: usize, many: usize) {
+    /// Learns how many leaves a packet has tested.
+    fn saw(&mut self, n_leaves: usize) {
         // One that has met nothing says nothing.
-        if n_leaves > many {
+        if n_leaves > MANY_LEAVES {
             self.last = (4 * self.last).clamp(4, MOST_LEFT_OUT);
         } else if n_leaves > 0 {
             self.last /= 2;
@@ -142,11 +150,12 @@ impl Patience {
 #[inline(always)]
 fn traverse<S: Simd, Q: PacketQuery>(
     simd: S,
-    tree: &WideTree,
+    (accel, world): (&Accel, &World),
     packet: &Packet,
     found: &mut Found<Q::Answer>,
     stack: &mut Stack<'_>,
 ) -> usize {
+    let tree = &accel.tree;
     let mut n_leaves = 0;
     if tree.nodes.is_empty() {
         return n_leaves;
@@ -165,17 +174,25 @@ fn traverse<S: Simd, Q: PacketQuery>(
             }
         } else if !stack.tested.has(item, stack.ray) {
             n_leaves += 1;
-            if n_leaves > Q::MANY_LEAVES {
+            if n_leaves > MANY_LEAVES {
                 return n_leaves;
             }
-            let any_met = if tag.is_triangles() {
-                triangle::test_leaf::<S, Q>(simd, tree, packet, found, item.child(), tag)
-            } else {
-                if seen_by_spheres.is_none() {
-                    seen_by_spheres = Some(sphere::rays(simd, found.rays));
+            let first = item.child();
+            let any_met = match tag.kind() {
+                PrimKind::Triangle => triangle::test_leaf::<S, Q>(simd, tree, packet, found, first, tag),
+                PrimKind::Sphere => {
+                    if seen_by_spheres.is_none() {
+                        seen_by_spheres = Some(sphere::rays(simd, found.rays));
+                    }
+                    let Some(rays) = &seen_by_spheres else { return n_leaves };
+                    sphere::test_leaf::<S, Q>(simd, tree, (&slab, octant), rays, found, first, tag)
                 }
-                let Some(rays) = &seen_by_spheres else { return n_leaves };
-                sphere::test_leaf::<S, Q>(simd, tree, (&slab, octant), rays, found, item.child(), tag)
+                // Where anything is placed there are no packets.
+                PrimKind::Quadric | PrimKind::Instance => {
+                    let leaf = Some(&tree.prims[first as usize..][..tag.n_prims()]);
+                    simd.apart(Quadrics::<Q> { accel, world, found, leaf, t_near: item.t_near() });
+                    true
+                }
             };
             if any_met {
                 farthest = found.farthest();
@@ -216,13 +233,12 @@ mod tests {
 
     #[test]
     fn packets_are_tried_ever_more_seldom_while_they_are_no_better() {
-        const MANY: usize = 8;
         let mut patience = Patience::default();
         let tried: Vec<usize> = (0..700)
             .filter(|_| {
                 let tries = patience.tries();
                 if tries {
-                    patience.saw(MANY + 1, MANY);
+                    patience.saw(MANY_LEAVES + 1);
                 }
                 tries
             })
@@ -233,7 +249,7 @@ mod tests {
         for _ in 0..1000 {
             if patience.tries() {
                 n_tried += 1;
-                patience.saw(if n_tried % 2 == 0 { 0 } else { MANY }, MANY);
+                patience.saw(if n_tried % 2 == 0 { 0 } else { MANY_LEAVES });
             }
         }
         assert!(n_tried > 200 && patience.tries(), "{n_tried}");

@@ -6,14 +6,13 @@ use super::super::walk::Pending;
 use super::super::wide::WideTree;
 use super::{DONE, Found, Meeting, PacketQuery};
 use crate::numeric::four::FourRays;
+use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
 use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, WIDTH64, set_bits};
 use crate::world::{Hit, Ray};
 
 impl PacketQuery for Closest {
-    const MANY_LEAVES: usize = 32;
-
     #[inline(always)]
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<Hit>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, candidate, open, t_low, t_high, .. } = meeting;
@@ -33,8 +32,6 @@ impl PacketQuery for Closest {
 }
 
 impl PacketQuery for Any {
-    const MANY_LEAVES: usize = 24;
-
     #[inline(always)]
     fn meet<S: Simd>(simd: S, tree: &WideTree, found: &mut Found<bool>, meeting: &Meeting<S::F32>) {
         let &Meeting { lanes, candidate, open, certain, .. } = meeting;
@@ -43,8 +40,7 @@ impl PacketQuery for Any {
             simd.apart(AnyByOne { tree, rays: found.rays, lanes, candidate, uncertain, hits: &mut hits });
         }
         for lane in set_bits(hits) {
-            found.answers[lanes * WIDTH + lane] = true;
-            found.t_max[lanes][lane] = DONE;
+            found.stop(lanes * WIDTH + lane);
         }
     }
 }
@@ -101,24 +97,39 @@ impl Batch for ClosestByOne<'_, '_> {
             return;
         }
         let Some(ray) = found.rays[i].prepare_with(simd) else { return };
-        if found.is_pending >> i & 1 == 1 {
-            found.is_pending &= !(1 << i);
-            // Only what is certainly hit is pending.
-            let best = found.pending[i].intersect(tree, &ray);
-            debug_assert!(best.is_some());
-            found.keep(i, best.unwrap_or(Hit::MISS));
-        }
-        if let Some(hit) = candidate.intersect(tree, &ray)
-            && hit.is_before(&found.answers[i])
-        {
-            found.keep(i, hit);
+        if let Some(hit) = candidate.intersect(tree, &ray) {
+            found.offer(tree, i, &ray, hit);
         }
     }
 }
 
+impl Found<'_, bool> {
+    /// Takes a ray as one that something lies in front of.
+    #[inline(always)]
+    pub fn stop(&mut self, i: usize) {
+        self.answers[i] = true;
+        self.t_max[i / WIDTH][i % WIDTH] = DONE;
+    }
+}
+
 impl Found<'_, Hit> {
+    /// Takes a hit of a ray if it is closer than the best.
+    #[inline(always)]
+    pub fn offer(&mut self, tree: &WideTree, i: usize, ray: &PreparedRay, hit: Hit) {
+        if self.is_pending >> i & 1 == 1 {
+            self.is_pending &= !(1 << i);
+            // Only what is certainly hit is pending.
+            let best = self.pending[i].intersect(tree, ray);
+            debug_assert!(best.is_some());
+            self.keep(i, best.unwrap_or(Hit::MISS));
+        }
+        if hit.is_before(&self.answers[i]) {
+            self.keep(i, hit);
+        }
+    }
+
     /// Takes a hit as the best of a ray.
-    fn keep(&mut self, i: usize, hit: Hit) {
+    pub fn keep(&mut self, i: usize, hit: Hit) {
         self.answers[i] = hit;
         self.t_low[i / WIDTH][i % WIDTH] = f32_at_most(hit.t);
         self.t_max[i / WIDTH][i % WIDTH] = f32_at_least(hit.t);
