@@ -198,9 +198,9 @@ fn is_near(p: DVec3, q: DVec3, first: &Ray) -> bool {
 /// The rays of a packet, four at a time.
 #[inline(always)]
 pub fn fours<S: Simd>(simd: S, rays: &[Ray; N_RAYS]) -> Fours<S> {
-    let mut fours = [FourRays::new(simd, [rays[0].numbers(); WIDTH64]); N_FOURS];
-    for (four, of) in fours.iter_mut().zip(rays.chunks_exact(WIDTH64)) {
-        *four = FourRays::new(simd, [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()]);
+    let mut fours = [Ray::in_lanes(simd, [&rays[0]; WIDTH64]); N_FOURS];
+    for (four, of) in fours.iter_mut().zip(rays.as_chunks().0) {
+        *four = Ray::in_lanes(simd, of.each_ref());
     }
     fours
 }

@@ -9,7 +9,6 @@ use super::wide::WideTree;
 use crate::numeric::edge::{Sheared, shear};
 use crate::numeric::four::FourRays;
 use crate::numeric::plane::{Pair, plane_quotient};
-use crate::numeric::ratio::ACCEPTED_RELATIVE_ERROR;
 use crate::simd::{Batch, F64Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::{Hit, InstanceId, PrimKind, PrimRef, Ray};
 
@@ -88,7 +87,7 @@ fn gather<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: [&Undescribed; 
 fn rays_of<S: Simd>(simd: S, rays: &[Ray], [a, b, c, d]: [&Undescribed; WIDTH64]) -> FourRays<S::F64> {
     let (a, b) = (&rays[a.ray_idx as usize], &rays[b.ray_idx as usize]);
     let (c, d) = (&rays[c.ray_idx as usize], &rays[d.ray_idx as usize]);
-    FourRays::new(simd, [a.numbers(), b.numbers(), c.numbers(), d.numbers()])
+    Ray::in_lanes(simd, [a, b, c, d])
 }
 
 /// The corners of four triangles in lanes.
@@ -128,10 +127,7 @@ fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undesc
 
     // Parameter.
     let [n, d] = plane_quotient(&pair);
-    let (at, relative_error) = n.quotient(d);
-    let accepted = n.error.lt(n.value.hi.abs())
-        & d.error.lt(d.value.hi.abs())
-        & relative_error.le(simd.splat64(ACCEPTED_RELATIVE_ERROR));
+    let (at, accepted) = n.accepted_quotient(d);
     let (t, rest) = (at.hi.to_array(), (at.lo / at.hi).to_array());
     let right = (certain & accepted).bits();
 

@@ -2,8 +2,6 @@
 
 pub mod sphere;
 
-use glam::Vec3;
-
 use super::single;
 use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
@@ -179,7 +177,7 @@ impl Batch for ByOne<'_> {
             return;
         }
         // Mostly it is what the ray has just left.
-        if candidate.tag.is_triangles() && is_behind(walk, candidate.corners(tree)) {
+        if is_left(tree, walk, candidate) {
             return;
         }
         offer(tree, walk, candidate.intersect(tree, &walk.prepared()));
@@ -236,7 +234,7 @@ pub fn take_any<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag:
     let open = seen.open;
     let mut is_hit = seen.certain != 0;
     if open != 0 && !is_hit {
-        simd.apart(AnyByOne { tree, walk, first, n_prims: tag.n_prims(), open, is_hit: &mut is_hit });
+        simd.apart(AnyByOne { tree, walk, first, tag, open, is_hit: &mut is_hit });
     }
     is_hit
 }
@@ -253,16 +251,18 @@ fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, candidate: Pending, 
 
 /// Whether f64 is certain that a ray's line meets a triangle's plane behind the origin.
 #[inline(always)]
-fn is_behind(walk: &Walk, corners: [Vec3; 3]) -> bool {
-    walk.tame && triangle::is_behind(walk.ray.origin.to_array(), walk.ray.direction.to_array(), corners)
+fn is_left(tree: &WideTree, walk: &Walk, candidate: Pending) -> bool {
+    candidate.tag.is_triangles()
+        && walk.tame
+        && triangle::is_behind(walk.ray.origin.to_array(), walk.ray.direction.to_array(), candidate.corners(tree))
 }
 
-/// The triangles of a leaf that f32 left open.
+/// Triangles or spheres of a leaf that their lanes left open.
 struct AnyByOne<'a> {
     tree: &'a WideTree,
     walk: &'a Walk,
     first: u32,
-    n_prims: usize,
+    tag: Tag,
     open: u32,
     is_hit: &'a mut bool,
 }
@@ -270,11 +270,11 @@ struct AnyByOne<'a> {
 impl Batch for AnyByOne<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _simd: S) {
-        let AnyByOne { tree, walk, first, n_prims, open, is_hit } = self;
+        let AnyByOne { tree, walk, first, tag, open, is_hit } = self;
         let ray = walk.prepared();
         for lane in set_bits(open) {
-            let corners = tree.corners_of(first as usize, n_prims, lane);
-            if !is_behind(walk, corners) && triangle::occludes(&ray, corners) {
+            let candidate = Pending { first, tag, lane: lane as u8 };
+            if !is_left(tree, walk, candidate) && candidate.occludes(tree, &ray) {
                 *is_hit = true;
                 return;
             }

@@ -217,14 +217,10 @@ impl Accel {
         self.isa.dispatch(Asked::<Any>::new(self, world, rays, occluded));
     }
 
-    /// Whether rays can be packed: packets do not know placements.
-    fn has_packets(&self) -> bool {
-        self.kind == AccelKind::Bvh && !self.has_placements()
-    }
-
     /// Whether neighbours among rays that start or end in one point are walked together: then they had better be neighbours.
+    /// Packets do not know placements.
     pub fn packs_rays(&self) -> bool {
-        self.mode == Mode::Packet && self.has_packets()
+        self.mode == Mode::Packet && self.kind == AccelKind::Bvh && !self.has_placements()
     }
 
     /// The same structure, walked with another instruction set; the answers are the same.

@@ -11,7 +11,6 @@ mod triangle;
 
 use quadric::{QuadricQuery, Quadrics};
 
-use super::Accel;
 use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
 use super::order::{Item, Limit};
 use super::query::Asked;
@@ -94,9 +93,9 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
             pending: [Pending::NOTHING; N_RAYS],
         };
         if !accel.unbounded.is_empty() {
-            simd.apart(Quadrics::<Q> { accel, world, found: &mut found, leaf: None, t_near: 0.0 });
+            simd.apart(Quadrics::<Q> { tree, world, found: &mut found, quadrics: &accel.unbounded, t_near: 0.0 });
         }
-        let n_leaves = traverse::<S, Q>(simd, (accel, world), &packet, &mut found, &mut stack);
+        let n_leaves = traverse::<S, Q>(simd, (tree, world), &packet, &mut found, &mut stack);
         patience.saw(n_leaves);
         if n_leaves > MANY_LEAVES {
             others.extend(first as u32..(first + N_RAYS) as u32);
@@ -150,12 +149,11 @@ impl Patience {
 #[inline(always)]
 fn traverse<S: Simd, Q: PacketQuery>(
     simd: S,
-    (accel, world): (&Accel, &World),
+    (tree, world): (&WideTree, &World),
     packet: &Packet,
     found: &mut Found<Q::Answer>,
     stack: &mut Stack<'_>,
 ) -> usize {
-    let tree = &accel.tree;
     let mut n_leaves = 0;
     if tree.nodes.is_empty() {
         return n_leaves;
@@ -181,16 +179,16 @@ fn traverse<S: Simd, Q: PacketQuery>(
             let any_met = match tag.kind() {
                 PrimKind::Triangle => triangle::test_leaf::<S, Q>(simd, tree, packet, found, first, tag),
                 PrimKind::Sphere => {
-                    if seen_by_spheres.is_none() {
-                        seen_by_spheres = Some(sphere::rays(simd, found.rays));
-                    }
-                    let Some(rays) = &seen_by_spheres else { return n_leaves };
+                    let rays = match &mut seen_by_spheres {
+                        Some(rays) => rays,
+                        none => none.insert(sphere::rays(simd, found.rays)),
+                    };
                     sphere::test_leaf::<S, Q>(simd, tree, (&slab, octant), rays, found, first, tag)
                 }
                 // Where anything is placed there are no packets.
                 PrimKind::Quadric | PrimKind::Instance => {
-                    let leaf = Some(&tree.prims[first as usize..][..tag.n_prims()]);
-                    simd.apart(Quadrics::<Q> { accel, world, found, leaf, t_near: item.t_near() });
+                    let quadrics = &tree.prims[first as usize..][..tag.n_prims()];
+                    simd.apart(Quadrics::<Q> { tree, world, found, quadrics, t_near: item.t_near() });
                     true
                 }
             };

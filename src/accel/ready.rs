@@ -55,8 +55,7 @@ impl Four {
         n: usize,
         around: &Surroundings,
     ) -> u32 {
-        let [a, b, c, d] = places.map(|place| &batch[place as usize]);
-        let rays = FourRays::new(simd, [a.numbers(), b.numbers(), c.numbers(), d.numbers()]);
+        let rays = Ray::in_lanes(simd, places.map(|place| &batch[place as usize]));
         let wanted = (1 << n) - 1;
         let ordinary = rays.ordinary(simd);
         let (inverse, intervals) = (rays.inverse_sizes(simd), rays.intervals(simd));

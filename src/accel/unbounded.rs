@@ -3,6 +3,7 @@
 //! Out of line, and with the ray by value: inlined where rays begin, or with an address taken there, they would cost scenes that have none registers.
 
 use super::Accel;
+use super::walk::Walk;
 use crate::numeric::prepared::PreparedRay;
 use crate::simd::{Batch, Simd};
 use crate::world::{Hit, World};
@@ -10,23 +11,23 @@ use crate::world::{Hit, World};
 impl Accel {
     /// The closest hit outside of the tree.
     #[inline(always)]
-    pub fn closest_unbounded<S: Simd>(&self, simd: S, world: &World, ray: impl Into<PreparedRay>) -> Hit {
+    pub fn closest_unbounded<S: Simd>(&self, simd: S, world: &World, walk: &Walk) -> Hit {
         if self.unbounded.is_empty() {
             return Hit::MISS;
         }
         let mut best = Hit::MISS;
-        simd.apart(ClosestUnbounded { accel: self, world, ray: ray.into(), best: &mut best });
+        simd.apart(ClosestUnbounded { accel: self, world, ray: walk.prepared(), best: &mut best });
         best
     }
 
     /// Whether anything outside of the tree is hit.
     #[inline(always)]
-    pub fn is_any_unbounded<S: Simd>(&self, simd: S, world: &World, ray: impl Into<PreparedRay>) -> bool {
+    pub fn is_any_unbounded<S: Simd>(&self, simd: S, world: &World, walk: &Walk) -> bool {
         if self.unbounded.is_empty() {
             return false;
         }
         let mut is_hit = false;
-        simd.apart(AnyUnbounded { accel: self, world, ray: ray.into(), is_hit: &mut is_hit });
+        simd.apart(AnyUnbounded { accel: self, world, ray: walk.prepared(), is_hit: &mut is_hit });
         is_hit
     }
 }

@@ -171,13 +171,6 @@ impl Walk {
     }
 }
 
-impl From<&Walk> for PreparedRay {
-    #[inline(always)]
-    fn from(walk: &Walk) -> PreparedRay {
-        walk.prepared()
-    }
-}
-
 impl Best {
     /// No hit yet.
     const NOTHING: Best = Best {

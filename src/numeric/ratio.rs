@@ -27,6 +27,16 @@ impl<F: F64Lanes> Bounded<F> {
         let relative_error = self.error / n.hi.abs() + divisor.error / d.hi.abs() + n.hi.same(QUOTIENT_ERROR);
         (n.quotient(d), relative_error)
     }
+
+    /// The quotient, and whether it is good enough to be reported.
+    #[inline(always)]
+    pub fn accepted_quotient(self, divisor: Bounded<F>) -> (Double<F>, F::Mask) {
+        let (at, relative_error) = self.quotient(divisor);
+        let accepted = self.error.lt(self.value.hi.abs())
+            & divisor.error.lt(divisor.value.hi.abs())
+            & relative_error.le(relative_error.same(ACCEPTED_RELATIVE_ERROR));
+        (at, accepted)
+    }
 }
 
 impl Bounded {

@@ -4,11 +4,11 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::{InstanceId, MaterialId, ObjectId, PrimKind, PrimRef, World};
-use crate::numeric::four::RayNumbers;
+use crate::numeric::four::{FourRays, RayNumbers};
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::ratio::Parameter;
 use crate::numeric::triangle::TriangleHit;
-use crate::simd::Simd;
+use crate::simd::{Simd, WIDTH64};
 
 /// A ray: the points `origin + t * direction` with `t_min < t < t_max`.
 ///
@@ -52,9 +52,15 @@ impl Ray {
         PreparedRay::with_lanes(simd, self.origin, self.direction, self.t_min, self.t_max)
     }
 
-    /// The ray as numbers, to be put in lanes.
+    /// Four rays in lanes.
     #[inline(always)]
-    pub fn numbers(&self) -> &RayNumbers {
+    pub fn in_lanes<S: Simd>(simd: S, [a, b, c, d]: [&Ray; WIDTH64]) -> FourRays<S::F64> {
+        FourRays::new(simd, [a.numbers(), b.numbers(), c.numbers(), d.numbers()])
+    }
+
+    /// The ray as numbers.
+    #[inline(always)]
+    fn numbers(&self) -> &RayNumbers {
         // As they lie in memory: copied one by one they would be put into lanes one by one.
         bytemuck::cast_ref(self)
     }

@@ -4,7 +4,7 @@ use super::super::wide::WideTree;
 use super::{DescribeOne, Undescribed, filled, rays_of};
 use crate::numeric::double::Double;
 use crate::numeric::quadratic::{discriminant, stable_sum};
-use crate::numeric::ratio::{ACCEPTED_RELATIVE_ERROR, Bounded, Parameter};
+use crate::numeric::ratio::{Bounded, Parameter};
 use crate::numeric::sphere::coefficients;
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
 use crate::world::{Hit, PrimKind, Ray};
@@ -31,10 +31,7 @@ pub fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Un
     let zero = simd.splat64(0.0);
     let is_q_over_a = c.value.hi.lt(zero) & b.value.hi.lt(zero);
     let (n, d) = (select(q, is_q_over_a, c), select(a, is_q_over_a, q));
-    let (at, relative_error) = n.quotient(d);
-    let accepted = n.error.lt(n.value.hi.abs())
-        & d.error.lt(d.value.hi.abs())
-        & relative_error.le(simd.splat64(ACCEPTED_RELATIVE_ERROR));
+    let (at, accepted) = n.accepted_quotient(d);
     let (t, rest) = (at.hi.to_array(), (at.lo / at.hi).to_array());
     let right = (exists & accepted).bits();
 

@@ -2,11 +2,10 @@
 
 use super::super::walk::{Pending, Walk};
 use super::super::wide::{Tag, WideTree};
-use super::take;
+use super::{AnyByOne, take};
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
-use crate::numeric::sphere;
 use crate::numeric::sphere_lanes::{N_COLUMNS, SphereLanes, SphereRays, see};
-use crate::simd::{Batch, F64Lanes, Simd, WIDTH64, set_bits};
+use crate::simd::{F64Lanes, Simd, WIDTH64, set_bits};
 
 /// Tests a leaf for the closest hit.
 #[inline(always)]
@@ -36,7 +35,8 @@ pub fn any<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag)
         }
         if seen.open != 0 {
             let mut is_hit = false;
-            simd.apart(AnyByOne { tree, walk, first, tag, start, open: seen.open, is_hit: &mut is_hit });
+            let open = seen.open << start;
+            simd.apart(AnyByOne { tree, walk, first, tag, open, is_hit: &mut is_hit });
             if is_hit {
                 return true;
             }
@@ -72,30 +72,4 @@ fn four<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag, st
     }
     let seen = see(simd, &SphereRays::one(simd, &walk.prepared()), columns);
     SphereLanes { open: seen.open & within, certain: seen.certain & within, ..seen }
-}
-
-/// The spheres that f64 left open.
-struct AnyByOne<'a> {
-    tree: &'a WideTree,
-    walk: &'a Walk,
-    first: u32,
-    tag: Tag,
-    start: usize,
-    open: u32,
-    is_hit: &'a mut bool,
-}
-
-impl Batch for AnyByOne<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, _simd: S) {
-        let AnyByOne { tree, walk, first, tag, start, open, is_hit } = self;
-        let ray = walk.prepared();
-        for lane in set_bits(open) {
-            let (center, radius) = tree.sphere_of(first as usize, tag.n_prims(), start + lane);
-            if sphere::intersect(&ray, center, radius).is_some() {
-                *is_hit = true;
-                return;
-            }
-        }
-    }
 }

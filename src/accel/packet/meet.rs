@@ -5,7 +5,6 @@ use super::super::query::{Any, Closest};
 use super::super::walk::Pending;
 use super::super::wide::WideTree;
 use super::{DONE, Found, Meeting, PacketQuery};
-use crate::numeric::four::FourRays;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
 use crate::numeric::triangle;
@@ -66,9 +65,8 @@ impl Batch for AnyByOne<'_> {
         if candidate.tag.is_triangles() {
             // Most have just left the triangle, which f64 knows of several at once. Rays of packets are tame.
             let corners = candidate.corners(tree);
-            for (i, of) in rays.chunks_exact(WIDTH64).enumerate() {
-                let numbers = [of[0].numbers(), of[1].numbers(), of[2].numbers(), of[3].numbers()];
-                let four = FourRays::new(simd, numbers);
+            for (i, of) in rays.as_chunks::<WIDTH64>().0.iter().enumerate() {
+                let four = Ray::in_lanes(simd, of.each_ref());
                 uncertain &= !(triangle::is_behind(four.origin, four.direction, corners).bits() << (i * WIDTH64));
             }
         }

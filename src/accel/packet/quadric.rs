@@ -1,6 +1,5 @@
 //! Quadrics against a packet, ray by ray: their tests have no lanes. What the packet shares is the way to them.
 
-use super::super::Accel;
 use super::super::coherence::N_RAYS;
 use super::super::query::{Any, Closest, Query};
 use super::super::wide::WideTree;
@@ -11,16 +10,6 @@ use crate::world::{Hit, PrimRef, World};
 
 /// A query that quadrics can answer for a ray of a packet.
 pub trait QuadricQuery: Query {
-    /// Asks the quadrics without a box for a ray.
-    fn ask_unbounded<S: Simd>(
-        simd: S,
-        accel: &Accel,
-        world: &World,
-        found: &mut Found<Self::Answer>,
-        i: usize,
-        ray: PreparedRay,
-    );
-
     /// Asks a quadric for a ray.
     fn ask(
         tree: &WideTree,
@@ -34,55 +23,35 @@ pub trait QuadricQuery: Query {
 
 /// Quadrics of a leaf, or those without a box, against the rays of a packet that still want to know.
 pub struct Quadrics<'a, 'b, Q: QuadricQuery> {
-    /// The structure.
-    pub accel: &'a Accel,
+    /// The tree.
+    pub tree: &'a WideTree,
     /// What it was built over.
     pub world: &'a World,
     /// What the rays have found.
     pub found: &'a mut Found<'b, Q::Answer>,
-    /// The leaf; `None` for those without a box.
-    pub leaf: Option<&'a [PrimRef]>,
-    /// No ray meets it before this parameter.
+    /// The quadrics.
+    pub quadrics: &'a [PrimRef],
+    /// No ray meets them before this parameter.
     pub t_near: f32,
 }
 
 impl<Q: QuadricQuery> Batch for Quadrics<'_, '_, Q> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Quadrics { accel, world, found, leaf, t_near } = self;
+        let Quadrics { tree, world, found, quadrics, t_near } = self;
         for i in 0..N_RAYS {
-            let t_max = found.t_max[i / WIDTH][i % WIDTH];
-            if t_max < t_near {
+            if found.t_max[i / WIDTH][i % WIDTH] < t_near {
                 continue;
             }
             let Some(ray) = found.rays[i].prepare_with(simd) else { continue };
-            let Some(quadrics) = leaf else {
-                Q::ask_unbounded(simd, accel, world, found, i, ray);
-                continue;
-            };
             for &quadric in quadrics {
-                Q::ask(&accel.tree, world, quadric, found, i, &ray);
+                Q::ask(tree, world, quadric, found, i, &ray);
             }
         }
     }
 }
 
 impl QuadricQuery for Closest {
-    #[inline(always)]
-    fn ask_unbounded<S: Simd>(
-        simd: S,
-        accel: &Accel,
-        world: &World,
-        found: &mut Found<Hit>,
-        i: usize,
-        ray: PreparedRay,
-    ) {
-        let hit = accel.closest_unbounded(simd, world, ray);
-        if hit.is_some() {
-            found.keep(i, hit);
-        }
-    }
-
     #[inline(always)]
     fn ask(tree: &WideTree, world: &World, quadric: PrimRef, found: &mut Found<Hit>, i: usize, ray: &PreparedRay) {
         // The best hit itself stays inside, since a tie goes by id.
@@ -95,20 +64,6 @@ impl QuadricQuery for Closest {
 }
 
 impl QuadricQuery for Any {
-    #[inline(always)]
-    fn ask_unbounded<S: Simd>(
-        simd: S,
-        accel: &Accel,
-        world: &World,
-        found: &mut Found<bool>,
-        i: usize,
-        ray: PreparedRay,
-    ) {
-        if accel.is_any_unbounded(simd, world, ray) {
-            found.stop(i);
-        }
-    }
-
     #[inline(always)]
     fn ask(_tree: &WideTree, world: &World, quadric: PrimRef, found: &mut Found<bool>, i: usize, ray: &PreparedRay) {
         if found.t_max[i / WIDTH][i % WIDTH] > DONE && world.quadrics.occludes(quadric.row(), ray) {
