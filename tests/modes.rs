@@ -260,6 +260,48 @@ fn packets_at_spheres_are_answered_like_the_full_scan() {
     }
 }
 
+/// Packets whose rays mostly hit the same triangle or sphere, of which one row or several in a packet hit something else; about
+/// directions of which two components, or all three, are about equally long, and from origins with zeros of both signs.
+#[test]
+fn packets_that_hit_the_same_are_answered_like_the_full_scan() {
+    let corner = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).as_vec3();
+    let positions = vec![
+        // A triangle across all that is seen, a needle and a small one before it.
+        corner(-40.0, 33.0, 7.0),
+        corner(41.0, 29.0, -6.0),
+        corner(1.0, -37.0, 30.1),
+        corner(-3.0, 2.0, 8.0),
+        corner(9.0, 1.9, 9.1),
+        corner(-3.0, 2.01, 8.1),
+        corner(0.1, 0.2, 5.0),
+        corner(0.3, 0.2, 5.1),
+        corner(0.2, 0.4, 5.2),
+    ];
+    let mut world = World::from_triangles(positions, vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]]).unwrap();
+    world.spheres.add(DVec3::new(6.0, 6.0, 6.1), 2.0, MaterialId(0), ObjectId(0));
+    world.spheres.add(DVec3::new(-60.0, 0.0, 0.0), 50.0, MaterialId(0), ObjectId(0));
+    let mut rays = Vec::new();
+    let ways =
+        [[1.0, 1.0, 1.0], [1.0, 0.97, 0.3], [0.2, 1.0, 1.01], [-1.0, 0.1, 0.98], [0.0, 0.01, 1.0], [0.1, 0.1, 1.0]];
+    for packet in 0..1200 * factor() {
+        let mut random = Random::new(41, "same", packet);
+        let way = DVec3::from_array(ways[packet as usize % ways.len()]);
+        let off = [DVec3::ZERO, DVec3::new(0.0, -0.5, 1.0), 3.0 * random.direction()][random.below(3) as usize];
+        let step = [0.03, 0.004, 1e-6][random.below(3) as usize];
+        for i in 0..16 {
+            // Both zeros are the same place.
+            let origin = if i % 3 == 1 && off.x == 0.0 { DVec3::new(-0.0, off.y, off.z) } else { off };
+            let at = step * DVec3::new(f64::from(i % 4) - 1.5, f64::from(i / 4) - 1.5, random.uniform(-1.0, 1.0));
+            rays.push(Ray::new(origin, way + at));
+        }
+    }
+    let (hits, _) = answers(&Accel::build(&world, AccelKind::Linear), &world, &rays, usize::MAX);
+    let is_same = |hits: &&[Hit]| hits.iter().filter(|hit| hit.is_some() && hit.prim == hits[5].prim).count() > 8;
+    let n_same = hits.chunks(16).filter(is_same).count();
+    assert!(n_same > hits.len() / 16 / 2, "{n_same} of {}", hits.len() / 16);
+    all_agree("same", &world, &rays);
+}
+
 /// The same spheres, some of them once more as quadrics, with ellipsoids about others, and with or without a plane beside all.
 fn spheres_and_quadrics(has_plane: bool) -> World {
     let mut world = spheres(1.0, DVec3::ZERO);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::slab::WIDTH;
-use super::wide::{MAX_LEAF, Tag, WideNode, WideTree};
+use super::wide::{N_BEHIND, Tag, WideNode, WideTree};
 use crate::world::{PrimKind, World};
 
 impl WideTree {
@@ -66,7 +66,7 @@ impl WideTree {
     }
 }
 
-/// Columns of N numbers of each row, leaf by leaf, and [`MAX_LEAF`] zeros behind them.
+/// Columns of N numbers of each row, leaf by leaf, and [`N_BEHIND`] zeros behind them.
 fn columns<T: Copy + Default + Send, const N: usize>(
     leaves: &[Range<usize>],
     rows: &[u32],
@@ -75,7 +75,7 @@ fn columns<T: Copy + Default + Send, const N: usize>(
     if rows.is_empty() {
         return Vec::new();
     }
-    let mut all = vec![T::default(); N * rows.len() + MAX_LEAF];
+    let mut all = vec![T::default(); N * rows.len() + N_BEHIND];
     let (mut rest, mut pieces) = (all.as_mut_slice(), Vec::new());
     for piece in leaves.chunks(1024) {
         let n_rows: usize = piece.iter().map(Range::len).sum();

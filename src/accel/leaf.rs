@@ -222,7 +222,7 @@ pub fn take_closest<S: Simd>(
 ) {
     for lane in set_bits(seen.open) {
         let lane = lane % WIDTH;
-        let candidate = Pending { first, tag, lane: lane as u8 };
+        let candidate = Pending::new(first, tag, lane);
         let t = (seen.certain >> lane & 1 == 1).then_some((seen.t_low[lane], seen.t_high[lane]));
         take(simd, tree, walk, candidate, t);
     }
@@ -252,7 +252,7 @@ fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, candidate: Pending, 
 /// Whether f64 is certain that a ray's line meets a triangle's plane behind the origin.
 #[inline(always)]
 fn is_left(tree: &WideTree, walk: &Walk, candidate: Pending) -> bool {
-    candidate.tag.is_triangles()
+    candidate.is_triangle()
         && walk.tame
         && triangle::is_behind(walk.ray.origin.to_array(), walk.ray.direction.to_array(), candidate.corners(tree))
 }
@@ -273,7 +273,7 @@ impl Batch for AnyByOne<'_> {
         let AnyByOne { tree, walk, first, tag, open, is_hit } = self;
         let ray = walk.prepared();
         for lane in set_bits(open) {
-            let candidate = Pending { first, tag, lane: lane as u8 };
+            let candidate = Pending::new(first, tag, lane);
             if !is_left(tree, walk, candidate) && candidate.occludes(tree, &ray) {
                 *is_hit = true;
                 return;

@@ -102,7 +102,7 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
         } else {
             let Found { is_pending, pending, .. } = found;
             asked.answers[first..first + N_RAYS].copy_from_slice(&answers);
-            asked.describe_later(first, is_pending, &pending);
+            asked.describe_packet(simd, first, is_pending, &pending);
         }
         first += N_RAYS;
     }

@@ -1,5 +1,7 @@
 //! What is asked of a batch of rays, and the batch on its way: where rays come from and answers go to.
 
+use super::coherence::N_RAYS;
+use super::describe::packet::{self, SEVERAL};
 use super::describe::{Rest, Undescribed};
 use super::leaf::{self, Seen};
 use super::ready::Four;
@@ -50,6 +52,16 @@ pub trait Query {
 
     /// Writes the answer of a finished walk, and notes what is still to be described.
     fn end(walk: &Walk, is_over: bool, ray_idx: usize, answer: &mut Self::Answer, rest: &mut Rest);
+
+    /// Describes what rays of a packet, one bit each, have hit, if it can be done for all of them together; whether it could.
+    fn describe_packet<S: Simd>(
+        simd: S,
+        tree: &WideTree,
+        rays: &[Ray; N_RAYS],
+        which: u32,
+        pending: Pending,
+        answers: &mut [Self::Answer; N_RAYS],
+    ) -> bool;
 
     /// Describes what is still to be described.
     fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &mut Rest, answers: &mut [Self::Answer]);
@@ -107,6 +119,18 @@ impl Query for Closest {
     }
 
     #[inline(always)]
+    fn describe_packet<S: Simd>(
+        simd: S,
+        tree: &WideTree,
+        rays: &[Ray; N_RAYS],
+        which: u32,
+        pending: Pending,
+        answers: &mut [Hit; N_RAYS],
+    ) -> bool {
+        packet::describe(simd, tree, rays, which, pending, answers)
+    }
+
+    #[inline(always)]
     fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &mut Rest, answers: &mut [Hit]) {
         rest.describe(simd, tree, rays, answers);
     }
@@ -148,6 +172,18 @@ impl Query for Any {
     #[inline(always)]
     fn end(_walk: &Walk, is_over: bool, _ray_idx: usize, answer: &mut bool, _rest: &mut Rest) {
         *answer = is_over;
+    }
+
+    #[inline(always)]
+    fn describe_packet<S: Simd>(
+        _simd: S,
+        _tree: &WideTree,
+        _rays: &[Ray; N_RAYS],
+        _which: u32,
+        _pending: Pending,
+        _answers: &mut [bool; N_RAYS],
+    ) -> bool {
+        false
     }
 
     #[inline(always)]
@@ -285,12 +321,32 @@ impl<'a, Q: Query> Asked<'a, Q> {
         }
     }
 
-    /// Notes triangles that rays of a packet, the first being at `first`, have certainly hit.
+    /// Describes what rays of a packet, the first being at `first`, have certainly hit, or notes it to be described later.
     #[inline(always)]
-    pub fn describe_later(&mut self, first: usize, is_pending: u32, pending: &[Pending]) {
-        for i in set_bits(is_pending) {
+    pub fn describe_packet<S: Simd>(&mut self, simd: S, first: usize, mut left: u32, pending: &[Pending; N_RAYS]) {
+        let tree = &self.accel.tree;
+        let mut alone = 0;
+        while left.count_ones() >= SEVERAL {
+            let lead = pending[left.trailing_zeros() as usize % N_RAYS];
+            let mut same = 0;
+            for (i, &pending) in pending.iter().enumerate() {
+                same |= u32::from(pending == lead) << i;
+            }
+            same &= left;
+            left &= !same;
+            if same.count_ones() >= SEVERAL
+                && let Some(rays) = self.rays[first..].first_chunk()
+                && let Some(answers) = self.answers[first..].first_chunk_mut()
+                && Q::describe_packet(simd, tree, rays, same, lead, answers)
+            {
+                continue;
+            }
+            alone |= same;
+        }
+        for i in set_bits(alone | left) {
             // Rays of packets are tame.
-            self.rest.push_if(true, Undescribed { ray_idx: (first + i) as u32, pending: pending[i], tame: true });
+            self.rest
+                .push_if(true, Undescribed { ray_idx: (first + i) as u32, tame: true, pending: pending[i % N_RAYS] });
         }
     }
 

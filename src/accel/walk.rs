@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::order::Limit;
 use super::ready::{self, Four};
 use super::slab::{SlabRay, Surroundings};
-use super::wide::{Tag, WideTree};
+use super::wide::{MAX_LEAF, Tag, WideTree};
 use crate::numeric::lane::LaneRay;
 use crate::numeric::prepared::PreparedRay;
 use crate::numeric::rounding::{f32_at_least, f32_at_most};
@@ -47,50 +47,78 @@ pub struct Best {
     pub t_high: f32,
 }
 
-/// A triangle or a sphere in a leaf.
-#[derive(Clone, Copy, Debug)]
-pub struct Pending {
-    /// First row of the leaf.
-    pub first: u32,
-    /// Kind and size of the leaf.
-    pub tag: Tag,
-    /// Which of its primitives.
-    pub lane: u8,
-}
+/// A triangle or a sphere in a leaf, as one number: its leaf's first row, the leaf's tag, and which of its primitives it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pending(u64);
+
+/// Bits below the tag of a [`Pending`], and below the place in the leaf.
+const TAG_SHIFT: u32 = 32;
+/// See [`TAG_SHIFT`].
+const LANE_SHIFT: u32 = 40;
 
 impl Pending {
     /// Of no consequence.
-    pub const NOTHING: Pending = Pending { first: 0, tag: Tag::NODE, lane: 0 };
+    pub const NOTHING: Pending = Pending((Tag::NODE.bits() as u64) << TAG_SHIFT);
+
+    /// One primitive of a leaf.
+    #[inline(always)]
+    pub fn new(first: u32, tag: Tag, lane: usize) -> Pending {
+        Pending(u64::from(first) | u64::from(tag.bits()) << TAG_SHIFT | (lane as u64) << LANE_SHIFT)
+    }
+
+    /// First row of the leaf.
+    #[inline(always)]
+    fn first(self) -> usize {
+        self.0 as u32 as usize
+    }
+
+    /// Kind and size of the leaf.
+    #[inline(always)]
+    fn tag(self) -> Tag {
+        Tag::from_bits((self.0 >> TAG_SHIFT) as u8)
+    }
+
+    /// Which of its primitives.
+    #[inline(always)]
+    fn lane(self) -> usize {
+        (self.0 >> LANE_SHIFT) as usize % MAX_LEAF
+    }
+
+    /// Whether it is a triangle.
+    #[inline(always)]
+    pub fn is_triangle(self) -> bool {
+        self.tag().is_triangles()
+    }
 
     /// The corners of a triangle.
     #[inline(always)]
     pub fn corners(self, tree: &WideTree) -> [Vec3; 3] {
-        tree.corners_of(self.first as usize, self.tag.n_prims(), self.lane.into())
+        tree.corners_of(self.first(), self.tag().n_prims(), self.lane())
     }
 
     /// The centre and the radius of a sphere.
     #[inline(always)]
     pub fn sphere(self, tree: &WideTree) -> (DVec3, f64) {
-        tree.sphere_of(self.first as usize, self.tag.n_prims(), self.lane.into())
+        tree.sphere_of(self.first(), self.tag().n_prims(), self.lane())
     }
 
     /// Its row in the table of its kind.
     #[inline(always)]
-    pub fn row(self, tree: &WideTree) -> usize {
-        let rows = if self.tag.is_triangles() { &tree.triangle_rows } else { &tree.sphere_rows };
-        rows[self.first as usize + usize::from(self.lane)] as usize
+    fn row(self, tree: &WideTree) -> usize {
+        let rows = if self.is_triangle() { &tree.triangle_rows } else { &tree.sphere_rows };
+        rows[self.first() + self.lane()] as usize
     }
 
     /// What it is.
     #[inline(always)]
     pub fn prim(self, tree: &WideTree) -> PrimRef {
-        PrimRef::new(self.tag.kind(), self.row(tree))
+        PrimRef::new(self.tag().kind(), self.row(tree))
     }
 
     /// Where a ray hits it, by itself.
     #[inline(always)]
     pub fn intersect(self, tree: &WideTree, ray: &PreparedRay) -> Option<Hit> {
-        if self.tag.is_triangles() {
+        if self.is_triangle() {
             let hit = triangle::intersect(ray, self.corners(tree))?;
             return Some(Hit::of_triangle(&hit, self.row(tree)));
         }
@@ -102,7 +130,7 @@ impl Pending {
     /// Whether a ray hits it, by itself.
     #[inline(always)]
     pub fn occludes(self, tree: &WideTree, ray: &PreparedRay) -> bool {
-        if self.tag.is_triangles() {
+        if self.is_triangle() {
             return triangle::occludes(ray, self.corners(tree));
         }
         let (center, radius) = self.sphere(tree);

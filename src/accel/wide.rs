@@ -9,6 +9,10 @@ use crate::world::{Bounds, PrimKind, PrimRef};
 /// Primitives in a leaf at most.
 pub const MAX_LEAF: usize = 8;
 
+/// Numbers behind the last column of leaves: eight lanes are read of any column, and what the largest leaf would have of any
+/// primitive.
+pub const N_BEHIND: usize = MAX_LEAF * MAX_LEAF;
+
 /// Coordinates of a triangle.
 pub const N_COORDINATES: usize = 9;
 
@@ -149,11 +153,11 @@ pub struct Entry {
 pub struct WideTree {
     /// Nodes; the root is the first. Empty when there is nothing bounded.
     pub nodes: Vec<WideNode>,
-    /// Corners of triangles, in columns leaf by leaf; [`MAX_LEAF`] zeros stand behind the last.
+    /// Corners of triangles, in columns leaf by leaf; [`N_BEHIND`] zeros stand behind the last.
     pub corners: Vec<f32>,
     /// Their rows.
     pub triangle_rows: Vec<u32>,
-    /// Spheres, in columns leaf by leaf; [`MAX_LEAF`] zeros stand behind the last.
+    /// Spheres, in columns leaf by leaf; [`N_BEHIND`] zeros stand behind the last.
     pub spheres: Vec<f64>,
     /// Their rows.
     pub sphere_rows: Vec<u32>,
@@ -210,9 +214,12 @@ impl WideTree {
     /// The corners of triangle `i` of a leaf.
     #[inline(always)]
     pub fn corners_of(&self, first: usize, n_prims: usize, i: usize) -> [Vec3; 3] {
+        let of = &self.corners[N_COORDINATES * first + i..][..(N_COORDINATES - 1) * MAX_LEAF + 1];
+        // Said again so that no number needs a look at the end.
+        let stride = (n_prims - 1) % MAX_LEAF + 1;
         let mut corners = [Vec3::ZERO; 3];
         for c in 0..N_COORDINATES {
-            corners[c / 3][c % 3] = self.corners[N_COORDINATES * first + c * n_prims + i];
+            corners[c / 3][c % 3] = of[c * stride];
         }
         corners
     }
@@ -220,8 +227,9 @@ impl WideTree {
     /// The centre and the radius of sphere `i` of a leaf.
     #[inline(always)]
     pub fn sphere_of(&self, first: usize, n_prims: usize, i: usize) -> (DVec3, f64) {
-        let column = |c: usize| self.spheres[N_COLUMNS * first + c * n_prims + i];
-        (DVec3::new(column(0), column(1), column(2)), column(3))
+        let of = &self.spheres[N_COLUMNS * first + i..][..(N_COLUMNS - 1) * MAX_LEAF + 1];
+        let stride = (n_prims - 1) % MAX_LEAF + 1;
+        (DVec3::new(of[0], of[stride], of[2 * stride]), of[3 * stride])
     }
 
     /// Items that a walk can have before it, and room for the eight that are written at a time: each level leaves at

@@ -1,28 +1,39 @@
 //! Parameters of spheres that were certainly hit.
 
 use super::super::wide::WideTree;
-use super::{DescribeOne, Undescribed, filled, rays_of};
+use super::{Described, Undescribed, rays_of};
 use crate::numeric::double::Double;
 use crate::numeric::quadratic::{discriminant, stable_sum};
-use crate::numeric::ratio::{Bounded, Parameter};
+use crate::numeric::ratio::Bounded;
 use crate::numeric::sphere::coefficients;
 use crate::simd::{F64Lanes, MaskLanes, Simd, WIDTH64};
-use crate::world::{Hit, PrimKind, Ray};
+use crate::world::Ray;
+
+/// Four rays and the spheres that they hit.
+#[inline(always)]
+pub fn of_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: [&Undescribed; WIDTH64]) -> Described {
+    let lanes = rays_of(simd, rays, four);
+    let mut rows = [[0.0; WIDTH64]; WIDTH64];
+    for (row, of) in rows.iter_mut().zip(four) {
+        let (center, radius) = of.pending.sphere(tree);
+        *row = [center.x, center.y, center.z, radius];
+    }
+    let [x, y, z, radius] = simd.columns64(rows.each_ref());
+    describe(simd, lanes.origin, lanes.direction, [x, y, z], radius)
+}
 
 /// The same arithmetic as [`sphere::intersect`](crate::numeric::sphere::intersect), for which the lanes are that are not certain.
 ///
 /// What is certainly hit is hit at the first root from outside, and at the second from inside, where the first is negative.
 #[inline(always)]
-pub fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Undescribed], hits: &mut [Hit]) {
-    let filled = filled(four);
-    let lanes = rays_of(simd, rays, filled);
-    let mut rows = [[0.0; WIDTH64]; WIDTH64];
-    for (row, of) in rows.iter_mut().zip(filled) {
-        let (center, radius) = of.pending.sphere(tree);
-        *row = [center.x, center.y, center.z, radius];
-    }
-    let [x, y, z, radius] = simd.columns64(rows.each_ref());
-    let [a, b, c] = coefficients(lanes.origin, lanes.direction, [x, y, z], radius);
+pub fn describe<S: Simd>(
+    simd: S,
+    origin: [S::F64; 3],
+    direction: [S::F64; 3],
+    center: [S::F64; 3],
+    radius: S::F64,
+) -> Described {
+    let [a, b, c] = coefficients(origin, direction, center, radius);
 
     // The roots are q/a and c/q; which is the larger hangs on the sign of b.
     let discriminant = discriminant(a, b, c);
@@ -32,18 +43,12 @@ pub fn describe_four<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], four: &[Un
     let is_q_over_a = c.value.hi.lt(zero) & b.value.hi.lt(zero);
     let (n, d) = (select(q, is_q_over_a, c), select(a, is_q_over_a, q));
     let (at, accepted) = n.accepted_quotient(d);
-    let (t, rest) = (at.hi.to_array(), (at.lo / at.hi).to_array());
-    let right = (exists & accepted).bits();
-
-    for (lane, of) in four.iter().enumerate() {
-        let (ray, hit) = (&rays[of.ray_idx as usize], &mut hits[of.ray_idx as usize]);
-        if of.tame && right >> lane & 1 == 1 {
-            debug_assert!(t[lane] > ray.t_min && t[lane] < ray.t_max);
-            let at = Parameter { t: t[lane], t_rest: rest[lane] as f32 };
-            *hit = Hit::of_surface(at, PrimKind::Sphere, of.pending.row(tree));
-        } else {
-            simd.apart(DescribeOne { tree, ray, pending: of.pending, hit });
-        }
+    Described {
+        t: at.hi.to_array(),
+        t_rest: (at.lo / at.hi).to_array(),
+        u: [0.0; WIDTH64],
+        v: [0.0; WIDTH64],
+        certain: (exists & accepted).bits(),
     }
 }
 

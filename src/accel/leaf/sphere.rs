@@ -18,7 +18,7 @@ pub fn closest<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, t
         let (low, high) = (seen.t_low.to_array(), seen.t_high.to_array());
         for lane in set_bits(seen.open) {
             let lane = lane % WIDTH64;
-            let candidate = Pending { first, tag, lane: (start + lane) as u8 };
+            let candidate = Pending::new(first, tag, start + lane);
             let t = (f32_at_most(low[lane]), f32_at_least(high[lane]));
             take(simd, tree, walk, candidate, (seen.certain >> lane & 1 == 1).then_some(t));
         }

@@ -62,7 +62,7 @@ impl Batch for AnyByOne<'_> {
     fn run<S: Simd>(self, simd: S) {
         let AnyByOne { tree, rays, lanes, candidate, mut uncertain, hits } = self;
         let rays = &rays[lanes * WIDTH..][..WIDTH];
-        if candidate.tag.is_triangles() {
+        if candidate.is_triangle() {
             // Most have just left the triangle, which f64 knows of several at once. Rays of packets are tame.
             let corners = candidate.corners(tree);
             for (i, of) in rays.as_chunks::<WIDTH64>().0.iter().enumerate() {

@@ -50,7 +50,7 @@ pub fn test_leaf<S: Simd, Q: PacketQuery>(
             let certain = lower.certain | upper.certain << WIDTH64;
             let [t_low, _] = outwards(simd, lower.t_low, upper.t_low);
             let [_, t_high] = outwards(simd, lower.t_high, upper.t_high);
-            let candidate = Pending { first, tag, lane: i as u8 };
+            let candidate = Pending::new(first, tag, i);
             Q::meet(simd, tree, found, &Meeting { lanes, candidate, open, certain, t_low, t_high });
             any = true;
         }

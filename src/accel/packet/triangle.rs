@@ -44,7 +44,7 @@ pub fn test_leaf<S: Simd, Q: PacketQuery>(
             let within = simd.load(&min_above[lanes]).lt(t_low) & t_high.lt(simd.load(&packet.t_max[1][lanes]));
             let certain = open & edges.certain() & within;
             let t_high = t_high.select(certain, simd.splat(f32::INFINITY));
-            let candidate = Pending { first, tag, lane: lane as u8 };
+            let candidate = Pending::new(first, tag, lane);
             let (open, certain) = (open.bits(), certain.bits());
             Q::meet(simd, tree, found, &Meeting { lanes, candidate, open, certain, t_low, t_high });
             any = true;
