@@ -17,7 +17,7 @@ mod cut;
 mod divide;
 mod weigh;
 
-use glam::Vec3A;
+use glam::{BVec3A, Vec3A};
 use rayon::prelude::*;
 
 use super::area::Scale;
@@ -111,6 +111,10 @@ impl Part {
     }
 }
 
+/// Which component is that of an axis.
+static ALONG: [BVec3A; 3] =
+    [BVec3A::new(true, false, false), BVec3A::new(false, true, false), BVec3A::new(false, false, true)];
+
 /// A box that may be empty: where a corner of `lo` exceeds that of `hi`.
 #[derive(Clone, Copy, Debug)]
 struct Space {
@@ -148,10 +152,13 @@ impl Space {
 
     /// What of it lies between two planes across an axis.
     #[inline(always)]
-    fn between(mut self, axis: usize, from: f32, to: f32) -> Space {
-        self.lo[axis] = self.lo[axis].max(from);
-        self.hi[axis] = self.hi[axis].min(to);
-        self
+    fn between(self, axis: usize, from: f32, to: f32) -> Space {
+        // A component by itself would be written to memory and waited for.
+        let along = ALONG[axis];
+        Space {
+            lo: self.lo.max(Vec3A::select(along, Vec3A::splat(from), Vec3A::NEG_INFINITY)),
+            hi: self.hi.min(Vec3A::select(along, Vec3A::splat(to), Vec3A::INFINITY)),
+        }
     }
 
     #[inline(always)]
