@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::slab::WIDTH;
 use super::wide::{N_BEHIND, Tag, WideNode, WideTree};
+use crate::simd::hold_in_large_pages;
 use crate::world::{PrimKind, World};
 
 impl WideTree {
@@ -54,6 +55,16 @@ impl WideTree {
             let center = world.spheres.centers[row];
             [center.x, center.y, center.z, world.spheres.radii[row]]
         });
+    }
+
+    /// Asks for what rays read to lie in large pages.
+    pub fn hold_in_large_pages(&mut self) {
+        hold_in_large_pages(&mut self.nodes);
+        hold_in_large_pages(&mut self.corners);
+        hold_in_large_pages(&mut self.spheres);
+        hold_in_large_pages(&mut self.triangle_rows);
+        hold_in_large_pages(&mut self.sphere_rows);
+        hold_in_large_pages(&mut self.prims);
     }
 
     /// The rows of each leaf of a kind, in order. A leaf that stands in several nodes comes once.

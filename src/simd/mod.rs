@@ -14,12 +14,14 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod bits;
+mod pages;
 mod portable;
 pub mod rounding;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use bits::{bytes_of_bits, set_bits};
+pub use pages::hold_in_large_pages;
 pub use portable::Portable;
 
 /// Lanes of f32.
