@@ -5,6 +5,7 @@ pub mod sphere;
 use super::single;
 use super::walk::{Pending, Walk};
 use super::wide::{N_COORDINATES, Tag, WideTree};
+use crate::numeric::lane::LaneEdges;
 use crate::numeric::triangle;
 use crate::simd::{Batch, F32Lanes, MaskLanes, Simd, WIDTH, set_bits};
 use crate::world::{Hit, InstanceId, PrimKind, PrimRef, World};
@@ -200,13 +201,27 @@ pub struct Seen<F> {
 /// Sees the triangles of a leaf, without a branch: what is to be done with them can then be decided without waiting.
 #[inline(always)]
 pub fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Seen<S::F32> {
-    let n_prims = tag.n_prims();
-    let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, n_prims);
+    let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, tag.n_prims());
+    see_parameters(simd, walk, &edges, tag)
+}
+
+/// Sees them when the line does not pass outside of them all, which is known long before their parameters are: one ray by itself
+/// waits for nothing else.
+#[inline(always)]
+pub fn see_unless_missed<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Option<Seen<S::F32>> {
+    let edges = walk.lane.edges(simd, &tree.corners, N_COORDINATES * first as usize, tag.n_prims());
+    let is_missed = edges.open().bits() & ((1 << tag.n_prims()) - 1) == 0;
+    if is_missed { None } else { Some(see_parameters(simd, walk, &edges, tag)) }
+}
+
+/// Sees where triangles of known edge functions are met.
+#[inline(always)]
+fn see_parameters<S: Simd>(simd: S, walk: &Walk, edges: &LaneEdges<S::F32>, tag: Tag) -> Seen<S::F32> {
     // Most of what is open lies behind the best hit.
-    let (t_low, t_high) = walk.lane.t_ranges(simd, &edges);
+    let (t_low, t_high) = walk.lane.t_ranges(simd, edges);
     let outside = simd.splat(walk.t_max).lt(t_low) | t_high.lt(simd.splat(walk.lane.t_min_below()));
     let within = simd.splat(walk.lane.t_min_above()).lt(t_low) & t_high.lt(simd.splat(walk.lane.t_max_below()));
-    let open = (edges.open() & !outside).bits() & ((1 << n_prims) - 1);
+    let open = (edges.open() & !outside).bits() & ((1 << tag.n_prims()) - 1);
     Seen { open, certain: open & (edges.certain() & within).bits(), t_low, t_high }
 }
 

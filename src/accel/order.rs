@@ -1,7 +1,7 @@
 //! What is still to be visited: items, and the order in which a node's children are pushed.
 
 use super::slab::{SlabLanes, SlabRay, WIDTH};
-use super::wide::{Tag, WideNode};
+use super::wide::{N_COORDINATES, Tag, WideNode, WideTree};
 use crate::simd::Simd;
 
 /// Something that the ray may meet.
@@ -49,6 +49,14 @@ impl Item {
     #[inline(always)]
     pub fn tag(self) -> Tag {
         Tag::from_bits(self.key as u8)
+    }
+
+    /// Asks for its memory ahead of time; of a leaf that is not of triangles in vain.
+    #[inline(always)]
+    pub fn prefetch<S: Simd>(self, simd: S, tree: &WideTree) {
+        let (is_leaf, child) = (self.tag().is_leaf(), self.child as usize);
+        let row = if is_leaf { N_COORDINATES * child } else { child };
+        simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, row);
     }
 
     /// Index of a node, or of the first row of a leaf.
@@ -104,13 +112,13 @@ pub fn open_node<S: Simd>(
     if mask == 0 {
         return None;
     }
-    let order = pack(simd, node, octant, t_near, mask, keys, children);
+    pack(simd, node, octant, t_near, mask, keys, children);
     let n_others = mask.count_ones() as usize - 1;
-    let nearest = order[n_others % WIDTH] as usize % WIDTH;
+    let nearest = NEAREST[octant as usize % WIDTH][mask as usize % 256] as usize % WIDTH;
     Some((Item { key: node.tag_bits()[nearest].into(), child: node.child[nearest] }, n_others))
 }
 
-/// Writes the keys and the children that a mask names, in an order that comes back.
+/// Writes the keys and the children that a mask names, in their order.
 #[inline(always)]
 fn pack<S: Simd>(
     simd: S,
@@ -120,12 +128,11 @@ fn pack<S: Simd>(
     mask: u32,
     keys: &mut [u32],
     children: &mut [u32],
-) -> &'static [u8; WIDTH] {
+) {
     let order = &ORDER[octant as usize % WIDTH][mask as usize % 256];
     if let (Some(keys), Some(children)) = (keys.first_chunk_mut(), children.first_chunk_mut()) {
         simd.pack(t_near, node.tag_bits(), &node.child, order, (keys, children));
     }
-    order
 }
 
 /// Takes the last of some items that lies within the limit, and drops those behind it.
@@ -167,6 +174,21 @@ static ORDER: [[[u8; WIDTH]; 256]; 8] = {
         octant += 1;
     }
     order
+};
+
+/// The last of a mask's slots in that order: one ray by itself waits for it.
+static NEAREST: [[u8; 256]; 8] = {
+    let mut nearest = [[0; 256]; 8];
+    let mut octant = 0;
+    while octant < 8 {
+        let mut mask = 1_usize;
+        while mask < 256 {
+            nearest[octant][mask] = ORDER[octant][mask][mask.count_ones() as usize - 1];
+            mask += 1;
+        }
+        octant += 1;
+    }
+    nearest
 };
 
 #[cfg(test)]

@@ -167,6 +167,7 @@ fn traverse<S: Simd, Q: PacketQuery>(
         let tag = item.tag();
         if !tag.is_leaf() {
             if let Some(nearest) = stack.open(simd, &tree.nodes, &slab, octant, farthest, item.child()) {
+                stack.prefetch(simd, tree);
                 item = nearest;
                 continue;
             }

@@ -31,8 +31,14 @@ pub trait Query {
     /// What is to be known of the triangles of a leaf.
     type Seen: Copy + Default;
 
+    /// What is kept of what a leaf was seen to be.
+    fn kept<F: F32Lanes>(seen: Seen<F>) -> Self::Seen;
+
     /// Sees the triangles of a leaf, without a branch.
-    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Self::Seen;
+    #[inline(always)]
+    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Self::Seen {
+        Self::kept(leaf::see(simd, tree, walk, first, tag))
+    }
 
     /// Takes what was seen of the triangles of a leaf; whether the walk is over.
     fn take<S: Simd>(simd: S, tree: &WideTree, walk: &mut Walk, first: u32, tag: Tag, seen: &Self::Seen) -> bool;
@@ -44,8 +50,10 @@ pub trait Query {
     #[inline(always)]
     fn leaf<S: Simd>(simd: S, tree: &WideTree, world: &World, walk: &mut Walk, first: u32, tag: Tag) -> bool {
         if tag.is_triangles() {
-            let seen = Self::see(simd, tree, walk, first, tag);
-            return Self::take(simd, tree, walk, first, tag, &seen);
+            return match leaf::see_unless_missed(simd, tree, walk, first, tag) {
+                Some(seen) => Self::take(simd, tree, walk, first, tag, &Self::kept(seen)),
+                None => false,
+            };
         }
         Self::other_leaf(simd, tree, world, walk, first, tag)
     }
@@ -93,8 +101,8 @@ impl Query for Closest {
     type Seen = Seen<[f32; WIDTH]>;
 
     #[inline(always)]
-    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Self::Seen {
-        let Seen { open, certain, t_low, t_high } = leaf::see(simd, tree, walk, first, tag);
+    fn kept<F: F32Lanes>(seen: Seen<F>) -> Self::Seen {
+        let Seen { open, certain, t_low, t_high } = seen;
         Seen { open, certain, t_low: t_low.to_array(), t_high: t_high.to_array() }
     }
 
@@ -154,8 +162,8 @@ impl Query for Any {
     type Seen = Seen<()>;
 
     #[inline(always)]
-    fn see<S: Simd>(simd: S, tree: &WideTree, walk: &Walk, first: u32, tag: Tag) -> Self::Seen {
-        let Seen { open, certain, .. } = leaf::see(simd, tree, walk, first, tag);
+    fn kept<F: F32Lanes>(seen: Seen<F>) -> Self::Seen {
+        let Seen { open, certain, .. } = seen;
         Seen { open, certain, t_low: (), t_high: () }
     }
 

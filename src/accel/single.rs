@@ -41,8 +41,13 @@ pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
     let mut items = vec![0; 2 * accel.tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(&accel.tree));
     let mut walk = Walk::nowhere();
+    let is_large = accel.tree.is_large();
     while let Some(ray_idx) = asked.start(simd, &mut walk) {
-        let is_over = traverse::<S, Q>(simd, &accel.tree, world, &mut walk, &mut stack);
+        let is_over = if is_large {
+            traverse::<S, Q, true>(simd, &accel.tree, world, &mut walk, &mut stack)
+        } else {
+            traverse::<S, Q, false>(simd, &accel.tree, world, &mut walk, &mut stack)
+        };
         asked.end(&walk, is_over, ray_idx);
     }
 }
@@ -79,13 +84,14 @@ fn walk_below<S: Simd, Q: Query>(simd: S, below: &WideTree, world: &World, ray: 
     };
     // A leaf that stands in several nodes may be tested more than once.
     let mut stack = Stack::new(items, Mailboxes::default());
-    let is_over = traverse::<S, Q>(simd, below, world, &mut walk, &mut stack);
+    let is_over = traverse::<S, Q, false>(simd, below, world, &mut walk, &mut stack);
     (is_over, walk)
 }
 
-/// Walks the tree from the root until the query is over or nothing is left; whether it is over.
+/// Walks the tree from the root until the query is over or nothing is left; whether it is over. Memory is only asked for ahead of
+/// time where the tree is `LARGE`.
 #[inline(always)]
-fn traverse<S: Simd, Q: Query>(
+fn traverse<S: Simd, Q: Query, const LARGE: bool>(
     simd: S,
     tree: &WideTree,
     world: &World,
@@ -103,6 +109,9 @@ fn traverse<S: Simd, Q: Query>(
         let tag = item.tag();
         if !tag.is_leaf() {
             if let Some(nearest) = stack.open(simd, nodes, &slab, octant, walk.t_max, item.child()) {
+                if LARGE {
+                    stack.prefetch(simd, tree);
+                }
                 item = nearest;
                 continue;
             }
@@ -144,6 +153,14 @@ impl<'a> Stack<'a> {
         let (nearest, n_others) = order::open_node(simd, node, slab, octant, t_max, keys, children)?;
         self.n_items += n_others;
         Some(nearest)
+    }
+
+    /// Asks for the memory of the nearest item.
+    #[inline(always)]
+    pub fn prefetch<S: Simd>(&self, simd: S, tree: &WideTree) {
+        if let Some(last) = self.n_items.checked_sub(1) {
+            Item::new(self.keys[last], self.children[last]).prefetch(simd, tree);
+        }
     }
 
     /// Takes the nearest item within the limit.

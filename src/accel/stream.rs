@@ -9,7 +9,7 @@ use super::order::{self, Item};
 use super::query::{Asked, Query};
 use super::single::Mailboxes;
 use super::walk::Walk;
-use super::wide::{N_COORDINATES, N_STATIONS, Tag, WideNode, WideTree};
+use super::wide::{N_STATIONS, Tag, WideNode, WideTree};
 use crate::simd::{Simd, WIDTH, set_bits};
 
 /// Rays in flight at most: enough to cover a fetch from memory.
@@ -17,9 +17,6 @@ const IN_FLIGHT: usize = 32;
 
 /// Rays in flight where the tree lies in the caches: what the rays carry then fits into the nearest one.
 const FEW_IN_FLIGHT: usize = 16;
-
-/// Bytes of nodes up to which a tree is taken to lie in the caches.
-const SMALL_TREE: usize = 4 << 20;
 
 /// Items that a ray in flight has room for, a power of two: enough for trees of 15 levels.
 const STACK_SIZE: usize = 128;
@@ -53,10 +50,10 @@ pub fn can_run(tree: &WideTree) -> bool {
 /// Walks all rays of a batch.
 #[inline(always)]
 pub fn run<S: Simd, Q: Query>(simd: S, asked: &mut Asked<Q>) {
-    if size_of_val(asked.accel.tree.nodes.as_slice()) <= SMALL_TREE {
-        fly::<S, Q, false>(simd, asked, FEW_IN_FLIGHT);
-    } else {
+    if asked.accel.tree.is_large() {
         fly::<S, Q, true>(simd, asked, IN_FLIGHT);
+    } else {
+        fly::<S, Q, false>(simd, asked, FEW_IN_FLIGHT);
     }
 }
 
@@ -189,13 +186,9 @@ impl Flight {
         }
         let item = Item::new(self.keys[n], self.children[n]);
         (self.item, self.n_items) = (item, n);
-        let (tag, child) = (item.tag(), item.child() as usize);
         if LARGE {
-            // A leaf of another kind asks for memory in vain.
-            let is_leaf = tag.is_leaf();
-            let row = if is_leaf { N_COORDINATES * child } else { child };
-            simd.prefetch_either(&tree.nodes, &tree.corners, is_leaf, row);
+            item.prefetch(simd, tree);
         }
-        at.0[tag.station()] |= 1 << i;
+        at.0[item.tag().station()] |= 1 << i;
     }
 }

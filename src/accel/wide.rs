@@ -132,6 +132,9 @@ impl Tag {
     }
 }
 
+/// Bytes of nodes up to which a tree is taken to lie in the caches.
+const SMALL_TREE: usize = 4 << 20;
+
 /// What a slot of a node holds.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
@@ -230,6 +233,11 @@ impl WideTree {
         let of = &self.spheres[N_COLUMNS * first + i..][..(N_COLUMNS - 1) * MAX_LEAF + 1];
         let stride = (n_prims - 1) % MAX_LEAF + 1;
         (DVec3::new(of[0], of[stride], of[2 * stride]), of[3 * stride])
+    }
+
+    /// Whether its nodes take more than the caches hold.
+    pub fn is_large(&self) -> bool {
+        size_of_val(self.nodes.as_slice()) > SMALL_TREE
     }
 
     /// Items that a walk can have before it, and room for the eight that are written at a time: each level leaves at
