@@ -4,6 +4,7 @@
 //! Both answer the same, bit for bit: the closest hit is the smallest `t`, at equal `t` the lowest id.
 
 mod area;
+mod asked;
 pub mod beam;
 mod binary;
 mod build;
@@ -43,8 +44,9 @@ use crate::simd::{Batch, Isa, Simd};
 use crate::world::instance::RAY_SPREAD;
 use crate::world::{Bounds, Hit, PrimKind, PrimRef, Ray, World, prim};
 use area::Scale;
+use asked::{Asked, Todo};
 use packet::PacketQuery;
-use query::{Any, Asked, Closest, Todo};
+use query::{Any, Closest};
 use slab::Surroundings;
 use wide::WideTree;
 

@@ -11,9 +11,9 @@ mod triangle;
 
 use quadric::{QuadricQuery, Quadrics};
 
+use super::asked::Asked;
 use super::coherence::{Column, N_LANES, N_RAYS, Packet, packet};
 use super::order::{Item, Limit};
-use super::query::Asked;
 use super::single::{Mailboxes, Stack};
 use super::walk::Pending;
 use super::wide::WideTree;

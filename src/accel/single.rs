@@ -1,7 +1,8 @@
 //! One ray through the wide tree, nearest boxes first.
 
+use super::asked::Asked;
 use super::order::{self, Item, Limit};
-use super::query::{Any, Asked, Closest, Query};
+use super::query::{Any, Closest, Query};
 use super::slab::SlabLanes;
 use super::walk::Walk;
 use super::wide::{MAX_LEAF, WideNode, WideTree};

@@ -5,8 +5,9 @@
 //! other, overlap in the processor. The sets of rays are masks, and all that a ray has lies in one place of fixed size:
 //! keeping books must not cost more than testing boxes.
 
+use super::asked::Asked;
 use super::order::{self, Item};
-use super::query::{Asked, Query};
+use super::query::Query;
 use super::single::Mailboxes;
 use super::walk::Walk;
 use super::wide::{N_STATIONS, Tag, WideNode, WideTree};
