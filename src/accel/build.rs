@@ -21,7 +21,7 @@ use super::Preset;
 use super::area::Scale;
 use super::binary::{BinaryTree, Source, piece_roots};
 use super::duplicate::{Cluster, Groups};
-use super::spatial::Branch;
+use super::spatial::{Branch, Node, Piece};
 use crate::world::Bounds;
 
 /// Shares of nodes that reinsertion tries to place better, the largest nodes first, pass by pass.
@@ -88,37 +88,86 @@ fn aabb(cluster: &Cluster, scale: &Scale) -> Aabb {
 
 /// A tree as obvhs has it, and its clusters.
 fn bvh2_of(root: &Branch, scale: &Scale) -> (Bvh2, Vec<Cluster>) {
-    let mut clusters = Vec::new();
-    let mut nodes = vec![Bvh2Node::default()];
+    // Where nodes stand: the children of each behind those of all that come before it, depth first.
+    let (mut n_nodes, mut n_clusters) = (1, 0);
+    let (mut inner, mut pieces) = (Vec::new(), Vec::new());
     // obvhs makes room for its own search by the depth.
     let mut max_depth = DEFAULT_MAX_STACK_DEPTH;
-    let mut stack = vec![(root, 0, 1)];
-    while let Some((branch, place, depth)) = stack.pop() {
-        max_depth = max_depth.max(depth);
-        nodes[place] = match branch {
-            Branch::Leaf(cluster) => {
-                clusters.push(*cluster);
-                Bvh2Node::new(aabb(cluster, scale), 1, clusters.len() as u32 - 1)
+    let mut stack = vec![(root, 0, 0)];
+    while let Some((branch, place, level)) = stack.pop() {
+        let start = n_nodes;
+        match branch {
+            Branch::Piece(piece) => {
+                pieces.push(PlacedPiece { piece, place, start, first_cluster: n_clusters });
+                n_nodes += piece.nodes.len() - 1;
+                n_clusters += piece.clusters.len() as u32;
+                max_depth = max_depth.max(level + piece.depth);
             }
             Branch::Inner(children) => {
-                let first = nodes.len();
-                nodes.resize(first + 2, Bvh2Node::default());
-                stack.extend([(&children[1], first + 1, depth + 1), (&children[0], first, depth + 1)]);
-                Bvh2Node::new(Aabb::empty(), 0, first as u32)
+                inner.push((place, start));
+                n_nodes += 2;
+                stack.extend([(&children[1], start + 1, level + 1), (&children[0], start, level + 1)]);
             }
-        };
-    }
-    // Children stand behind their parents.
-    for place in (0..nodes.len()).rev() {
-        if nodes[place].is_leaf() {
-            continue;
         }
-        let first = nodes[place].first_index as usize;
-        let around = nodes[first].aabb().union(nodes[first + 1].aabb());
-        nodes[place].set_aabb(around);
     }
+
+    // Pieces, all at once.
+    let mut nodes = vec![Bvh2Node::default(); n_nodes];
+    let (mut rest, mut n_before, mut own) = (nodes.as_mut_slice(), 0, Vec::with_capacity(pieces.len()));
+    for placed in &pieces {
+        let (nodes, behind) = rest[placed.start - n_before..].split_at_mut(placed.piece.nodes.len() - 1);
+        (rest, n_before) = (behind, placed.start + nodes.len());
+        own.push(nodes);
+    }
+    let copy = |(placed, own): (&PlacedPiece, &mut [Bvh2Node])| placed.copy(own, scale);
+    let roots: Vec<Bvh2Node> = pieces.par_iter().zip(own).map(copy).collect();
+    for (placed, root) in pieces.iter().zip(roots) {
+        nodes[placed.place] = root;
+    }
+
+    // What is above them, from below.
+    for &(place, first) in inner.iter().rev() {
+        let around = nodes[first].aabb().union(nodes[first + 1].aabb());
+        nodes[place] = Bvh2Node::new(around, 0, first as u32);
+    }
+    let clusters: Vec<Cluster> = pieces.iter().flat_map(|placed| &placed.piece.clusters).copied().collect();
     let primitive_indices = (0..clusters.len() as u32).collect();
     (Bvh2 { nodes, primitive_indices, max_depth, ..Bvh2::default() }, clusters)
+}
+
+/// A piece, and where its nodes and clusters go.
+struct PlacedPiece<'a> {
+    piece: &'a Piece,
+    /// Of the root.
+    place: usize,
+    /// Of the first of all other nodes.
+    start: usize,
+    first_cluster: u32,
+}
+
+impl PlacedPiece<'_> {
+    /// Makes the nodes but for the root, which comes back.
+    fn copy(&self, own: &mut [Bvh2Node], scale: &Scale) -> Bvh2Node {
+        let mut root = Bvh2Node::default();
+        for (place, node) in self.piece.nodes.iter().enumerate().rev() {
+            let copy = match *node {
+                Node::Leaf(cluster) => {
+                    let bounds = aabb(&self.piece.clusters[cluster as usize], scale);
+                    Bvh2Node::new(bounds, 1, self.first_cluster + cluster)
+                }
+                Node::Inner(first) => {
+                    let first = first as usize - 1;
+                    let around = own[first].aabb().union(own[first + 1].aabb());
+                    Bvh2Node::new(around, 0, (self.start + first) as u32)
+                }
+            };
+            match place {
+                0 => root = copy,
+                _ => own[place - 1] = copy,
+            }
+        }
+        root
+    }
 }
 
 fn reinsert(bvh: &mut Bvh2, shares: &[f32]) {

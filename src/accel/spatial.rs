@@ -27,10 +27,30 @@ use divide::Divider;
 
 /// A subtree.
 pub enum Branch {
-    /// A cluster, or a part of one.
-    Leaf(Cluster),
+    /// A small one.
+    Piece(Piece),
     /// Two subtrees.
     Inner(Box<[Branch; 2]>),
+}
+
+/// A tree in lists: the root is the first node, and children stand side by side behind their parents.
+#[derive(Default)]
+pub struct Piece {
+    /// The nodes.
+    pub nodes: Vec<Node>,
+    /// Clusters and parts of clusters.
+    pub clusters: Vec<Cluster>,
+    /// Levels.
+    pub depth: usize,
+}
+
+/// A node of a piece.
+#[derive(Clone, Copy, Debug)]
+pub enum Node {
+    /// The place of its cluster.
+    Leaf(u32),
+    /// The place of the first of its two children.
+    Inner(u32),
 }
 
 /// A box is large when its area is so many times an equal share of the scene's. Those of meshes are mostly below ten.
@@ -44,7 +64,7 @@ const LARGE_MET: std::ops::Range<f64> = 4.0..400.0;
 /// Boxes that are summed up at a time.
 const CHUNK: usize = 4096;
 
-/// Parts from which on both sides of a division may be worked on at once.
+/// Parts from which on both sides of a division may be worked on at once; fewer are one piece.
 const MANY: usize = 2048;
 
 /// Levels below which parts are halved by their place in the list, so that the depth of the recursion is bounded. A level of
@@ -68,23 +88,58 @@ pub fn build(world: &World, groups: &Groups, share: f64) -> Option<Branch> {
         return None;
     }
     let n_spare = (share * groups.items.len() as f64) as usize;
-    Some(grow(&Divider::of(world, groups), parts, n_spare, 0))
+    Some(grow(&Divider::of(world, groups), Task { parts, n_spare }, 0))
 }
 
-fn grow(divider: &Divider, parts: Vec<Part>, n_spare: usize, depth: usize) -> Branch {
-    if let &[part] = parts.as_slice() {
-        return Branch::Leaf(part.cluster());
-    }
-    let (n_parts, n_items) = (parts.len(), items_in(&parts));
-    let [left, right] = if depth < MAX_DEPTH { divider.divide(parts, n_spare) } else { divide::halve(parts) };
+/// What is to be divided on, and how many items more it may have in the end.
+struct Task {
+    parts: Vec<Part>,
+    n_spare: usize,
+}
 
-    let (n_left, n_right) = (items_in(&left), items_in(&right));
-    let n_spare = n_spare - (n_left + n_right - n_items);
-    let spare_left = n_spare * n_left / (n_left + n_right);
-    let grow_left = || grow(divider, left, spare_left, depth + 1);
-    let grow_right = || grow(divider, right, n_spare - spare_left, depth + 1);
-    let (left, right) = if n_parts < MANY { (grow_left(), grow_right()) } else { rayon::join(grow_left, grow_right) };
+fn grow(divider: &Divider, task: Task, level: usize) -> Branch {
+    if task.parts.len() < MANY {
+        return Branch::Piece(Piece::of(divider, task, level));
+    }
+    let [left, right] = task.divide(divider, level);
+    let (left, right) = rayon::join(|| grow(divider, left, level + 1), || grow(divider, right, level + 1));
     Branch::Inner(Box::new([left, right]))
+}
+
+impl Task {
+    fn divide(self, divider: &Divider, level: usize) -> [Task; 2] {
+        let Task { parts, n_spare } = self;
+        let n_items = items_in(&parts);
+        let [left, right] = if level < MAX_DEPTH { divider.divide(parts, n_spare) } else { divide::halve(parts) };
+        let (n_left, n_right) = (items_in(&left), items_in(&right));
+        let n_spare = n_spare - (n_left + n_right - n_items);
+        let spare_left = n_spare * n_left / (n_left + n_right);
+        [Task { parts: left, n_spare: spare_left }, Task { parts: right, n_spare: n_spare - spare_left }]
+    }
+}
+
+impl Piece {
+    /// The subtree whose root lies so many levels below that of the tree.
+    fn of(divider: &Divider, task: Task, level: usize) -> Piece {
+        let mut piece = Piece { nodes: vec![Node::Leaf(0)], ..Piece::default() };
+        piece.grow(divider, task, 0, level, 1);
+        piece
+    }
+
+    fn grow(&mut self, divider: &Divider, task: Task, place: usize, level: usize, depth: usize) {
+        if let &[part] = task.parts.as_slice() {
+            self.nodes[place] = Node::Leaf(self.clusters.len() as u32);
+            self.clusters.push(part.cluster());
+            self.depth = self.depth.max(depth);
+            return;
+        }
+        let first = self.nodes.len();
+        self.nodes[place] = Node::Inner(first as u32);
+        self.nodes.extend([Node::Leaf(0); 2]);
+        let [left, right] = task.divide(divider, level);
+        self.grow(divider, left, first, level + 1, depth + 1);
+        self.grow(divider, right, first + 1, level + 1, depth + 1);
+    }
 }
 
 fn items_in(parts: &[Part]) -> usize {
@@ -211,7 +266,10 @@ mod tests {
         while let Some((branch, level)) = stack.pop() {
             depth = depth.max(level);
             match branch {
-                Branch::Leaf(cluster) => leaves.push(*cluster),
+                Branch::Piece(piece) => {
+                    depth = depth.max(level + piece.depth - 1);
+                    leaves.extend(&piece.clusters);
+                }
                 Branch::Inner(children) => stack.extend([(&children[1], level + 1), (&children[0], level + 1)]),
             }
         }
