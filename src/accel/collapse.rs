@@ -58,7 +58,7 @@ pub fn collapse(world: &World, groups: &Groups, binary: BinaryTree) -> WideTree 
     tree.fill_columns(world);
     tree.measure_depth();
     tree.measure_bounds();
-    tree.hold_in_large_pages();
+    tree.move_to_large_pages();
     tree
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::slab::WIDTH;
 use super::wide::{N_BEHIND, Tag, WideNode, WideTree};
-use crate::simd::hold_in_large_pages;
+use crate::simd::{move_to_large_pages, prefer_large_pages};
 use crate::world::{PrimKind, World};
 
 impl WideTree {
@@ -30,6 +30,8 @@ impl WideTree {
         top.triangle_rows.reserve_exact(end[1] - top.triangle_rows.len());
         top.sphere_rows.reserve_exact(end[2] - top.sphere_rows.len());
         top.prims.reserve_exact(end[3] - top.prims.len());
+        prefer_large_pages(&mut top.nodes);
+        prefer_large_pages(&mut top.triangle_rows);
         for piece in pieces {
             top.nodes.extend_from_slice(&piece.nodes);
             top.triangle_rows.extend_from_slice(&piece.triangle_rows);
@@ -57,14 +59,12 @@ impl WideTree {
         });
     }
 
-    /// Asks for what rays read to lie in large pages.
-    pub fn hold_in_large_pages(&mut self) {
-        hold_in_large_pages(&mut self.nodes);
-        hold_in_large_pages(&mut self.corners);
-        hold_in_large_pages(&mut self.spheres);
-        hold_in_large_pages(&mut self.triangle_rows);
-        hold_in_large_pages(&mut self.sphere_rows);
-        hold_in_large_pages(&mut self.prims);
+    /// Puts what rays read into large pages.
+    pub fn move_to_large_pages(&mut self) {
+        move_to_large_pages(&mut self.nodes);
+        move_to_large_pages(&mut self.corners);
+        move_to_large_pages(&mut self.spheres);
+        move_to_large_pages(&mut self.triangle_rows);
     }
 
     /// The rows of each leaf of a kind, in order. A leaf that stands in several nodes comes once.
@@ -87,6 +87,7 @@ fn columns<T: Copy + Default + Send, const N: usize>(
         return Vec::new();
     }
     let mut all = vec![T::default(); N * rows.len() + N_BEHIND];
+    prefer_large_pages(&mut all);
     let (mut rest, mut pieces) = (all.as_mut_slice(), Vec::new());
     for piece in leaves.chunks(1024) {
         let n_rows: usize = piece.iter().map(Range::len).sum();

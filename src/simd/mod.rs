@@ -21,7 +21,7 @@ pub mod rounding;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use bits::{bytes_of_bits, set_bits};
-pub use pages::hold_in_large_pages;
+pub use pages::{move_to_large_pages, prefer_large_pages};
 pub use portable::Portable;
 
 /// Lanes of f32.
