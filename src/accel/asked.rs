@@ -2,7 +2,7 @@
 
 use super::Accel;
 use super::coherence::N_RAYS;
-use super::describe::packet::SEVERAL;
+use super::describe::packet::{SEVERAL, Together};
 use super::describe::{Rest, Undescribed};
 use super::query::Query;
 use super::ready::Four;
@@ -142,28 +142,34 @@ impl<'a, Q: Query> Asked<'a, Q> {
         }
     }
 
-    /// Describes what rays of a packet, the first being at `first`, have certainly hit, or notes it to be described later.
+    /// Takes the answers of a packet whose first ray is at `first`. What some rays have certainly hit, one bit each, is described now
+    /// where several have hit the same, or noted to be described later.
     #[inline(always)]
-    pub fn describe_packet<S: Simd>(&mut self, simd: S, first: usize, mut left: u32, pending: &[Pending; N_RAYS]) {
+    pub fn end_packet<S: Simd>(
+        &mut self,
+        simd: S,
+        first: usize,
+        mut answers: [Q::Answer; N_RAYS],
+        mut left: u32,
+        pending: &[Pending; N_RAYS],
+        rays: &[Ray; N_RAYS],
+    ) {
         let tree = &self.accel.tree;
         let mut alone = 0;
         while left.count_ones() >= SEVERAL {
             let lead = pending[left.trailing_zeros() as usize % N_RAYS];
-            let mut same = 0;
+            let mut which = 0;
             for (i, &pending) in pending.iter().enumerate() {
-                same |= u32::from(pending == lead) << i;
+                which |= u32::from(pending == lead) << i;
             }
-            same &= left;
-            left &= !same;
-            if same.count_ones() >= SEVERAL
-                && let Some(rays) = self.rays[first..].first_chunk()
-                && let Some(answers) = self.answers[first..].first_chunk_mut()
-                && Q::describe_packet(simd, tree, rays, same, lead, answers)
-            {
-                continue;
+            which &= left;
+            left &= !which;
+            let together = Together { tree, rays, which, pending: lead, answers: &mut answers };
+            if which.count_ones() < SEVERAL || !Q::describe_packet(simd, together) {
+                alone |= which;
             }
-            alone |= same;
         }
+        self.answers[first..first + N_RAYS].copy_from_slice(&answers);
         for i in set_bits(alone | left) {
             // Rays of packets are tame.
             self.rest

@@ -61,18 +61,18 @@ const DONE: f32 = f32::NEG_INFINITY;
 /// Answers the packets of a batch; the places of all other rays come back.
 #[inline(always)]
 pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
-    let (accel, world) = (asked.accel, asked.world);
+    let (accel, world, all) = (asked.accel, asked.world, asked.rays);
     let tree = &accel.tree;
     let mut items = vec![0; 2 * tree.stack_size()];
     let mut stack = Stack::new(&mut items, Mailboxes::new(tree));
     let around = accel.surroundings();
-    let mut others = Vec::with_capacity(asked.rays.len());
-    let n_rays = asked.rays.len();
+    let mut others = Vec::with_capacity(all.len());
+    let n_rays = all.len();
     let mut patience = Patience::default();
     let mut first = 0;
     while first < n_rays {
         // No closures: they are not always inlined, and what is not inlined is compiled for the baseline.
-        let rays = asked.rays[first..].first_chunk::<N_RAYS>();
+        let rays = all[first..].first_chunk::<N_RAYS>();
         let coherent = match rays {
             Some(rays) if patience.tries() => packet(simd, rays, &around, Q::IS_ANY),
             _ => None,
@@ -101,8 +101,7 @@ pub fn run<S: Simd, Q: PacketQuery>(simd: S, asked: &mut Asked<Q>) -> Vec<u32> {
             others.extend(first as u32..(first + N_RAYS) as u32);
         } else {
             let Found { is_pending, pending, .. } = found;
-            asked.answers[first..first + N_RAYS].copy_from_slice(&answers);
-            asked.describe_packet(simd, first, is_pending, &pending);
+            asked.end_packet(simd, first, answers, is_pending, &pending, rays);
         }
         first += N_RAYS;
     }

@@ -1,10 +1,9 @@
 //! What is asked of a batch of rays.
 
-use super::coherence::N_RAYS;
-use super::describe::packet;
+use super::describe::packet::Together;
 use super::describe::{Rest, Undescribed};
 use super::leaf::{self, Seen};
-use super::walk::{Best, Pending, Walk};
+use super::walk::{Best, Walk};
 use super::wide::{Tag, WideTree};
 use super::{Accel, linear};
 use crate::numeric::prepared::PreparedRay;
@@ -59,15 +58,8 @@ pub trait Query {
     /// Writes the answer of a finished walk, and notes what is still to be described.
     fn end(walk: &Walk, is_over: bool, ray_idx: usize, answer: &mut Self::Answer, rest: &mut Rest);
 
-    /// Describes what rays of a packet, one bit each, have hit, if it can be done for all of them together; whether it could.
-    fn describe_packet<S: Simd>(
-        simd: S,
-        tree: &WideTree,
-        rays: &[Ray; N_RAYS],
-        which: u32,
-        pending: Pending,
-        answers: &mut [Self::Answer; N_RAYS],
-    ) -> bool;
+    /// Describes what rays of a packet have hit in common, if it can be done together; whether it could.
+    fn describe_packet<S: Simd>(simd: S, together: Together<'_, Self::Answer>) -> bool;
 
     /// Describes what is still to be described.
     fn describe<S: Simd>(simd: S, tree: &WideTree, rays: &[Ray], rest: &mut Rest, answers: &mut [Self::Answer]);
@@ -125,15 +117,8 @@ impl Query for Closest {
     }
 
     #[inline(always)]
-    fn describe_packet<S: Simd>(
-        simd: S,
-        tree: &WideTree,
-        rays: &[Ray; N_RAYS],
-        which: u32,
-        pending: Pending,
-        answers: &mut [Hit; N_RAYS],
-    ) -> bool {
-        packet::describe(simd, tree, rays, which, pending, answers)
+    fn describe_packet<S: Simd>(simd: S, together: Together<'_, Hit>) -> bool {
+        together.describe(simd)
     }
 
     #[inline(always)]
@@ -181,14 +166,7 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn describe_packet<S: Simd>(
-        _simd: S,
-        _tree: &WideTree,
-        _rays: &[Ray; N_RAYS],
-        _which: u32,
-        _pending: Pending,
-        _answers: &mut [bool; N_RAYS],
-    ) -> bool {
+    fn describe_packet<S: Simd>(_simd: S, _together: Together<'_, bool>) -> bool {
         false
     }
 

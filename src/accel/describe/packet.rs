@@ -11,42 +11,38 @@ use crate::world::{Hit, PrimRef, Ray};
 /// Rays that have to have hit the same for it to be described for them together.
 pub const SEVERAL: u32 = 6;
 
-/// Describes what these rays of a packet, one bit each, have certainly hit; whether it could be done together. All must be
-/// tame and have the same origin.
-#[inline(always)]
-pub fn describe<S: Simd>(
-    simd: S,
-    tree: &WideTree,
-    rays: &[Ray; N_RAYS],
-    which: u32,
-    pending: Pending,
-    hits: &mut [Hit; N_RAYS],
-) -> bool {
-    let fours = fours(simd, rays);
-    let together = Together { tree, rays, which, pending, hits };
-    if pending.is_triangle() {
-        // Rays along different axes have their sums in different orders.
-        let axis = fours[0].axes()[0];
-        if !fours.iter().all(|four| four.axes() == [axis; WIDTH64]) {
-            return false;
+/// Rays of a packet and what they have certainly hit in common. All rays must be tame and have the same origin.
+pub struct Together<'a, A> {
+    /// The tree.
+    pub tree: &'a WideTree,
+    /// The packet.
+    pub rays: &'a [Ray; N_RAYS],
+    /// Which of its rays, one bit each.
+    pub which: u32,
+    /// What they have hit.
+    pub pending: Pending,
+    /// The packet's answers.
+    pub answers: &'a mut [A; N_RAYS],
+}
+
+impl Together<'_, Hit> {
+    /// Describes the hits; whether it could be done together.
+    #[inline(always)]
+    pub fn describe<S: Simd>(self, simd: S) -> bool {
+        let fours = fours(simd, self.rays);
+        if self.pending.is_triangle() {
+            // Rays along different axes have their sums in different orders.
+            let axis = fours[0].axes()[0];
+            if !fours.iter().all(|four| four.axes() == [axis; WIDTH64]) {
+                return false;
+            }
+            self.triangle(simd, &fours, CYCLIC[usize::from(axis) % CYCLIC.len()]);
+        } else {
+            self.sphere(simd, &fours);
         }
-        together.triangle(simd, &fours, CYCLIC[usize::from(axis) % CYCLIC.len()]);
-    } else {
-        together.sphere(simd, &fours);
+        true
     }
-    true
-}
 
-/// Rays and what they have hit.
-struct Together<'a> {
-    tree: &'a WideTree,
-    rays: &'a [Ray; N_RAYS],
-    which: u32,
-    pending: Pending,
-    hits: &'a mut [Hit; N_RAYS],
-}
-
-impl Together<'_> {
     /// Describes a triangle; its normal and distance do not change from turn to turn of the loop.
     #[inline(always)]
     fn triangle<S: Simd>(mut self, simd: S, fours: &Fours<S>, axes: [usize; 3]) {
@@ -94,7 +90,7 @@ impl Together<'_> {
     fn write<S: Simd>(&mut self, simd: S, four: usize, prim: PrimRef, described: &Described) {
         let which = self.which >> (four * WIDTH64) & 0b1111;
         for lane in set_bits(which & described.certain) {
-            described.write_one(lane % WIDTH64, prim, &mut self.hits[(four * WIDTH64 + lane) % N_RAYS]);
+            described.write_one(lane % WIDTH64, prim, &mut self.answers[(four * WIDTH64 + lane) % N_RAYS]);
         }
         for lane in set_bits(which & !described.certain) {
             let i = (four * WIDTH64 + lane) % N_RAYS;
@@ -102,7 +98,7 @@ impl Together<'_> {
                 tree: self.tree,
                 ray: &self.rays[i],
                 pending: self.pending,
-                hit: &mut self.hits[i],
+                hit: &mut self.answers[i],
             });
         }
     }
